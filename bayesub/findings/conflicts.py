@@ -25,7 +25,8 @@ def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     """
     prior, names = problem.prior_of_others, posterior.names
     conflict = find_conflict(prior, posterior.draws, names)
-    edges = np.sort([prior.quantiles(p) for p in _EDGES], axis=0)
+    known = posterior.known_before(prior)
+    edges = np.sort([known.quantiles(p) for p in _EDGES], axis=0)
     places = [names.index(name) for name in conflict.named]
     return {
         "found": conflict.disagree,

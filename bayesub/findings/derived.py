@@ -12,6 +12,7 @@ from bayesub.model.boats import Boats
 from bayesub.model.linear_motion import PLANES, roots
 from bayesub.model.quantities import QUANTITIES, Quantity, absence
 from bayesub.model.standard_manoeuvres import RUDDER, spiral_curve
+from bayesub.problem.distributions import Prior
 
 N_DRAWS = 400  # from the prior, and from the posterior
 QUANTILES = {"q5": 0.05, "q25": 0.25, "median": 0.5, "q75": 0.75, "q95": 0.95}
@@ -74,7 +75,11 @@ class Derived:
 
 
 def derive(
-    problem: AnyProblem, draws: np.ndarray, rng: np.random.Generator, quantities: Sequence[Quantity] = ()
+    problem: AnyProblem,
+    draws: np.ndarray,
+    rng: np.random.Generator,
+    quantities: Sequence[Quantity] = (),
+    known: Prior | None = None,
 ) -> Derived:
     """The boats of a problem's prior and of its posterior, from which quantities follow.
 
@@ -83,11 +88,11 @@ def derive(
     of the boat and is left out.
 
     `draws` (n, n_params): from the posterior; `rng`: of the draws from the prior, and of the choice among those of the
-    posterior; `quantities`: besides the built-in ones.
+    posterior; `quantities`: besides the built-in ones; `known`: the prior as it was known before.
     """
     flown = {trial.simulator.subproblem for _, trial, _ in problem.each_trial(draws[:1])}
     chosen = draws[rng.choice(len(draws), N_DRAWS)]
-    samples = problem.reference[None], problem.prior.sample(rng, N_DRAWS), chosen
+    samples = problem.reference[None], (known or problem.prior).sample(rng, N_DRAWS), chosen
     reference, prior, posterior = (_boats(problem, some, in_six=None in flown) for some in samples)
     names = set(problem.names[: problem.n_coefficients])
     if prior.body_changes is not None:

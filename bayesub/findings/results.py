@@ -13,9 +13,11 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import convergence
 from bayesub.inference.checks.discrepancy import Discrepancy
 from bayesub.inference.checks.fit import Criticism, criticise
-from bayesub.inference.identifiability import NullSpace, Spectrum, null_space
+from bayesub.inference.identifiability import NullSpace, Spectrum, kept, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
+from bayesub.io import seeds
 from bayesub.model.quantities import Quantity
+from bayesub.problem.distributions import Prior
 
 PREDICTIVE_DRAWS = 100
 
@@ -29,26 +31,70 @@ class Results:
     spectrum: Spectrum  # with its null directions last
     posterior: Posterior  # what was sampled
     check: CrossCheck | None  # the comparison with another sampler
-    # Chooses the draws at which motions and residuals are looked at, and boats of the prior; nothing else in a report
-    # is random
-    rng: np.random.Generator
+    seed: int = 0  # of all that is random in a report, each with a stream of its own (:mod:`bayesub.io.seeds`)
     predictions: Sequence[TrialPrediction] = ()  # of trials that were not fitted
     quantities: Sequence[Quantity] = ()  # that follow from the coefficients, besides the built-in ones
 
     @cached_property
     def summary(self) -> Posterior:
-        """The posterior of the parameters that tables and figures are of."""
-        return self.posterior.part(self.problem.others)
+        """The posterior of the parameters that tables and figures are of, beside what was known before."""
+        return self.posterior.given(self.problem.prior).part(self.problem.others)
+
+    @cached_property
+    def prior(self) -> Prior:
+        """What was known before of all parameters: the prior with the scale that was found."""
+        return self.posterior.known_before(self.problem.prior)
+
+    @cached_property
+    def prior_of_others(self) -> Prior:
+        """What was known before of the parameters of :attr:`summary`."""
+        return self.summary.known_before(self.problem.prior_of_others)
+
+    @cached_property
+    def null_sds(self) -> np.ndarray:
+        """(2, n_params) mean and sd along each direction of the spectrum where the data say nothing of it.
+
+        In prior sds from the prior mean: 0 and 1, but for null directions what the prior alone makes of them beside
+        what the data say of all others.
+        """
+        spectrum, summary, null = self.spectrum, self.summary, self._null
+        result = np.outer([0.0, 1.0], np.ones(len(spectrum.names)))
+        steps = spectrum.directions[null] * spectrum.prior_sd
+        mean, sd = kept(self.problem.prior_of_others, summary.draws, steps, self._null_coordinates)
+        result[:, null] = mean - self._null_coordinates @ summary.prior_mean, sd
+        return result
+
+    @property
+    def _null(self) -> slice:
+        return slice(len(self.spectrum.names) - self.spectrum.n_null, None)
+
+    @property
+    def _null_coordinates(self) -> np.ndarray:
+        return self.spectrum.coordinates[self._null] / self.spectrum.prior_sd
+
+    @cached_property
+    def null_contraction(self) -> np.ndarray:
+        """(n_null,) posterior sd along each null direction over what the prior alone makes of it: 1 is right."""
+        return (self.summary.draws @ self._null_coordinates.T).std(axis=0, ddof=1) / self.null_sds[1, self._null]
+
+    @cached_property
+    def correlation(self) -> np.ndarray:
+        """(n_params, n_params) of what is drawn of :attr:`summary`: ratios of coefficients to the reference."""
+        return run_numbers.correlation_of_ratios(self.problem, self.summary)
+
+    def _random(self, member: int) -> np.random.Generator:
+        return seeds.generator(self.seed, seeds.REPORT, member)
 
     @cached_property
     def draws(self) -> np.ndarray:
         """(PREDICTIVE_DRAWS, n_params) of the posterior, at which motions and residuals are looked at."""
-        return self.posterior.draws[self.rng.choice(len(self.posterior.draws), PREDICTIVE_DRAWS)]
+        places = self._random(seeds.MOTIONS).choice(len(self.posterior.draws), PREDICTIVE_DRAWS)
+        return self.posterior.draws[places]
 
     @cached_property
     def prior_predictive(self) -> np.ndarray:
         """(PREDICTIVE_DRAWS, n_params) of the prior, which are drawn beside those of the posterior."""
-        return self.problem.prior.sample(self.rng.spawn(1)[0], PREDICTIVE_DRAWS)
+        return self.prior.sample(self._random(seeds.PRIOR_MOTIONS), PREDICTIVE_DRAWS)
 
     @cached_property
     def forces(self) -> list[disturbances.InferredForces]:
@@ -58,13 +104,13 @@ class Results:
     @cached_property
     def derived(self) -> derived.Derived:
         """What follows from the coefficients, of the prior and of the posterior."""
-        (rng,) = self.rng.spawn(1)
-        return derived.derive(self.problem, self.posterior.draws, rng, self.quantities)
+        rng = self._random(seeds.DERIVED)
+        return derived.derive(self.problem, self.posterior.draws, rng, self.quantities, self.prior)
 
     @cached_property
     def residuals(self) -> dict[str, np.ndarray]:
         """Channel -> quantile residuals (PREDICTIVE_DRAWS, n_readings)."""
-        return self.problem.quantile_residuals(self.draws, self.rng)
+        return self.problem.quantile_residuals(self.draws, self._random(seeds.RESIDUALS))
 
     @cached_property
     def times(self) -> dict[str, np.ndarray]:
@@ -86,14 +132,14 @@ class Results:
         """The directions that leave the motion the same, where the spectrum was taken."""
         at = self.posterior.best.copy()
         at[self.problem.others] = self.spectrum.values
-        return null_space(self.problem, at)
+        return null_space(self.problem, at, draws=self.posterior.draws)
 
 
 def numbers_of(results: Results) -> dict:
     """Every number of a report and its sentences, as JSON types, without those of the study that asked."""
-    numbers = run_numbers.collect(
-        results.problem, results.estimates, results.spectrum, results.posterior, results.null_space
-    )
+    problem, spectrum, null_space = results.problem, results.spectrum, results.null_space
+    numbers = run_numbers.collect(problem, results.estimates, spectrum, results.posterior, results.summary, null_space)
+    numbers["null_contraction"] = results.null_contraction.tolist()
     numbers["set_up"] = set_up.rows(results.problem)
     numbers["criticism"] = results.criticism.to_json()
     reasons = results.explanations
@@ -111,7 +157,7 @@ def numbers_of(results: Results) -> dict:
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
     if not results.posterior.converged:
-        jump = convergence.largest_jump(results.problem, results.posterior.draws, results.rng.spawn(1)[0])
+        jump = convergence.largest_jump(results.problem, results.posterior.draws, results._random(seeds.JUMPS))
         numbers["convergence"]["largest_jump"] = jump
         if sentence := convergence.jump_sentence(jump, numbers["step_s"]):
             numbers["verdict"]["jumps"] = sentence

@@ -25,13 +25,18 @@ NAMED = 3  # coefficients in it beside that which changes most
 
 
 def collect(
-    problem: AnyProblem, estimates: Sequence[Estimate], spectrum: Spectrum, posterior: Posterior, null_space: NullSpace
+    problem: AnyProblem,
+    estimates: Sequence[Estimate],
+    spectrum: Spectrum,
+    posterior: Posterior,
+    summary: Posterior,
+    null_space: NullSpace,
 ) -> dict:
     """Every number that the report quotes, as JSON types.
 
-    `spectrum`: with its null directions last; `null_space`: that of the spectrum, axis by axis.
+    `spectrum`: with its null directions last; `summary`: the posterior of all but white coordinates of histories,
+    beside what was known before; `null_space`: that of the spectrum, axis by axis.
     """
-    summary = posterior.part(problem.others)
     trials: list[dict[str, Any]] = [
         {
             "name": name,
@@ -47,8 +52,7 @@ def collect(
     dimensional = any(term.unit for term in problem.equations.terms)
     rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
     assert spectrum.values is not None  # of a posterior it has them
-    null_rows = spectrum.coordinates[len(spectrum.names) - spectrum.n_null :]
-    coefficient_pairs, nuisance_pairs = _trade_offs(summary, n)
+    coefficient_pairs, nuisance_pairs = _trade_offs(summary.names, correlation_of_ratios(problem, summary), n)
     return {
         "vehicle": problem.vehicle.name,
         "coefficients": "coefficients in their units" if dimensional else "non-dimensional coefficients",
@@ -69,7 +73,6 @@ def collect(
         },
         "ranks": {axis: rank.summary() for axis, rank in null_space.ranks.items()},
         "null_directions": null_changes(null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))),
-        "null_contraction": summary.contraction_along(null_rows).tolist(),
         "normality": normality.posterior_normality(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
         "nuisance_trade_offs": nuisance_pairs,
@@ -94,7 +97,7 @@ def _parameters(problem, posterior, sensitivity) -> list[dict]:
         "q5": q5,
         "median": q50,
         "q95": q95,
-        "contraction": posterior.contraction_given(problem.prior_of_others),
+        "contraction": posterior.contraction,
         "relative_sd": posterior.sd / np.abs(posterior.mean),
         **sensitivity,
         "rhat": posterior.rhat,
@@ -148,13 +151,28 @@ def _chi_squares(problem, parameters) -> list[float]:
     return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
 
 
-def _trade_offs(posterior, n_coefficients: int) -> tuple[list[dict], ...]:
+def ratio_divisors(problem: AnyProblem) -> np.ndarray:
+    """(n_others,) what parameters are divided by where they are drawn and correlated, histories of forces left out.
+
+    Coefficients are ratios to the reference; what has none there, and all others, are as they are.
+    """
+    reference = problem.reference[problem.others]
+    is_ratio = (np.arange(len(reference)) < problem.n_coefficients) & (reference != 0.0)
+    return np.where(is_ratio, reference, 1.0)
+
+
+def correlation_of_ratios(problem: AnyProblem, posterior: Posterior) -> np.ndarray:
+    """(n_others, n_others) correlations of what is drawn, so that a number and its picture have one sign."""
+    signs = np.sign(ratio_divisors(problem))
+    return posterior.correlation * np.outer(signs, signs)
+
+
+def _trade_offs(names, correlation, n_coefficients: int) -> tuple[list[dict], ...]:
     """Pairs of coefficients, and pairs with a nuisance parameter, by the size of their correlation."""
-    rows, columns = np.triu_indices(len(posterior.names), 1)
-    values = posterior.correlation[rows, columns]
+    rows, columns = np.triu_indices(len(names), 1)
+    values = correlation[rows, columns]
     order = np.argsort(-np.abs(values))
     of_coefficients = columns[order] < n_coefficients
-    names = posterior.names
     return tuple(
         [{"pair": [names[rows[k]], names[columns[k]]], "correlation": float(values[k])} for k in group[:LISTED]]
         for group in (order[of_coefficients], order[~of_coefficients])
@@ -210,15 +228,26 @@ def sentences(numbers: dict) -> dict[str, str]:
 
 def _answer(numbers) -> dict[str, str]:
     """What the trial says, in one sentence."""
-    rows, n_null = numbers["parameters"], numbers["spectrum"]["n_null"]
+    rows = numbers["parameters"]
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
-    null = {0: "no combination leaves", 1: "one combination leaves"}.get(n_null, f"{n_null} combinations leave")
     return {
         "answer": f"Of {len(rows)} coefficients {known} are known to {100 * KNOWN:.0f} %, "
-        f"{len(rows) - known - untouched} better than before the trial, and {untouched} by the prior alone; {null} the "
-        "motion exactly the same."
+        f"{len(rows) - known - untouched} better than before the trial, and {untouched} by the prior alone; "
+        f"{null_count(numbers['ranks'])}."
     }
+
+
+def null_count(ranks: Mapping[str, Mapping[str, Any]]) -> str:
+    """How many combinations change nothing, and how many hardly anything, by axis -> summary of its rank."""
+    n_null = sum(rank["null_dimension"] for rank in ranks.values())
+    text = {0: "no combination leaves", 1: "one combination leaves"}.get(n_null, f"{n_null} combinations leave")
+    text += " the motion exactly the same"
+    shown = [(r["singular_values"][r["practical_rank"] : r["rank"]], r["singular_values"][0]) for r in ranks.values()]
+    if faint := [f"{value / largest:.0e}" for values, largest in shown for value in values]:
+        change = "changes" if len(faint) == 1 else "change"
+        text += f", and {len(faint)} {change} it by less than any instrument sees ({', '.join(faint)})"
+    return text
 
 
 def _knowledge(numbers) -> dict[str, str]:
@@ -247,8 +276,7 @@ def _directions(numbers) -> dict[str, str]:
     space = "parameter" if numbers["nuisance"] else "coefficient"
     result = {
         "directions": f"Of {n} directions in {space} space the data sharpen {n_sharpened} and leave "
-        f"{n - n_sharpened - n_null} to the prior; {n_null} leave the motion exactly the same, so that no sensor on "
-        "this manoeuvre can tell."
+        f"{n - n_sharpened - n_null} to the prior; whatever the sensors, {null_count(numbers['ranks'])}."
     }
     if words := null_sentence(numbers["null_directions"]):
         pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
@@ -263,7 +291,7 @@ def _strong_trade_offs(numbers) -> dict[str, str]:
     pairs = _strong_pairs(numbers["trade_offs"])
     text = f"No two coefficients are correlated by more than {STRONG:g} in the posterior."
     if pairs:
-        text = f"{pairs} (posterior correlation)."
+        text = f"{pairs} (posterior correlation of ratios to the {reference_word(numbers)})."
     if pairs := _strong_pairs(numbers["nuisance_trade_offs"]):
         text += f" With nuisance parameters: {pairs}."
     return {"trade_offs": text}

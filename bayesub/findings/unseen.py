@@ -122,7 +122,7 @@ def draws_by_whom(
 ) -> Iterator[tuple[str, np.ndarray]]:
     """By whom, and draws (.., n_fitted) of the fitted parameters, `n` of posterior and prior; the others are points."""
     yield POSTERIOR, posterior.draws[rng.choice(len(posterior.draws), n)]
-    yield PRIOR, fitted.prior.sample(rng, n)
+    yield PRIOR, posterior.known_before(fitted.prior).sample(rng, n)
     points = {MODE: posterior.best, PRIOR_MEAN: fitted.prior.mean}
     for estimate in estimates:
         if estimate.method == SQP:

@@ -63,8 +63,11 @@ class InferencePrior(Standard, Protocol):
     def guess(self) -> np.ndarray:
         """(n_params,) values that the prior is about."""
 
-    def contraction(self, draws: np.ndarray) -> np.ndarray:
-        """(n_params,) sd of posterior draws (n, n_params) over that of the prior with the scales that they say."""
+    def found(self, draws: np.ndarray) -> Self:
+        """What was known before: the prior, an unknown scale as draws (n, n_params) of the posterior say it."""
+
+    def log_density(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch,) log densities of parameters (n_batch, n_params); -inf outside the support."""
 
     def scaled(self, parameters: np.ndarray) -> np.ndarray:
         """Coordinates x (.., n_params) of parameters: as t, but linear in a uniform parameter."""

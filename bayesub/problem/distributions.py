@@ -119,9 +119,12 @@ class Prior:
 
         return self.parameters(np.full(len(self.mean), special.ndtri(probability)))
 
-    def contraction(self, draws: np.ndarray) -> np.ndarray:
-        """(n_params,) sd of posterior draws (n, n_params) over that of the prior: 1 where the data say nothing."""
-        return draws.std(axis=0, ddof=1) / self.sd
+    def found(self, draws: np.ndarray) -> "Prior":
+        """What was known before: this prior, an unknown scale as draws (n, n_params) of the posterior say it.
+
+        A scale that the data say narrows the prior of parameters that they do not see, and tells nothing of these.
+        """
+        return self
 
     def sample(self, rng: np.random.Generator, n: int) -> np.ndarray:
         """(n, n_params) draws."""
@@ -292,8 +295,9 @@ class Joint(Prior):
 
     parameters, standard, chain = (_of_parts(name, "gathered") for name in ("parameters", "standard", "chain"))
     scaled, unscaled, scaled_chain = (_of_parts(name, "gathered") for name in ("scaled", "unscaled", "scaled_chain"))
-    scaled_slope, contraction = (_of_parts(name, "gathered") for name in ("scaled_slope", "contraction"))
+    scaled_slope = _of_parts("scaled_slope", "gathered")
     log_density, scaled_log_density = (_of_parts(name, "summed") for name in ("log_density", "scaled_log_density"))
+    found = _of_parts("found", "like")
 
     @property
     def mean(self) -> np.ndarray:
@@ -311,6 +315,10 @@ class Joint(Prior):
     def summed(values: Sequence[np.ndarray]) -> np.ndarray:
         """(n_batch,) the sum of those of each part."""
         return sum(values, np.zeros(()))
+
+    def like(self, parts: Sequence[Prior]) -> "Joint":
+        """The same of other parts."""
+        return Joint(tuple(parts), self.positions)
 
     def gathered(self, values: Sequence[np.ndarray]) -> np.ndarray:
         """(.., n_params) numbers, of those (.., n) of each part."""

@@ -24,6 +24,7 @@ _NEAR, _FAR = 0.1, 15.0  # radius of the first knot of the stretch, and how far 
 _RARE = 1e-250  # probability of a radius below the first knot, at least
 _KNOTS = 600
 _DRAWS = 2000  # that say what the scale is
+_FOUND = 512  # scales of the prior with the scale that was found
 _ITERATIONS = 4  # of Newton's method for its inverse
 
 
@@ -118,14 +119,13 @@ class SharedScale(Prior):
         """(n_scales,) probability of each scale given the data, of draws (n, n_params) of the posterior."""
         return self.scale_probabilities(draws[:: max(1, len(draws) // _DRAWS)]).mean(axis=0)
 
-    def contraction(self, draws: np.ndarray) -> np.ndarray:
-        """Posterior sd over that of the prior with the scales that the draws say.
-
-        What the data say of other parameters narrows the prior of one that they do not see, by its scale.
-        """
-        weights = self.scales_of(draws)
-        first, second = weights @ np.exp(0.5 * self.scales**2), weights @ np.exp(2.0 * self.scales**2)
-        return draws.std(axis=0, ddof=1) / (np.abs(self.median) * np.sqrt(second - first**2))
+    def found(self, draws: np.ndarray) -> "SharedScale":
+        """The same with scales that are each as probable as the draws (n, n_params) say."""
+        if len(self.scales) == 1:
+            return self
+        below = np.cumsum(self.scales_of(draws))
+        places = np.searchsorted(below, (np.arange(_FOUND) + 0.5) / _FOUND * below[-1])
+        return SharedScale(self.median, self.scales[places])
 
     def quantiles(self, probability: float) -> np.ndarray:
         from scipy import optimize, special

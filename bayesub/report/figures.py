@@ -33,15 +33,19 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     `baselines`: numbers of the baselines, for what the captions say of them.
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
-    equations, prior = problem.equations, problem.prior_of_others
+    equations, prior = problem.equations, results.prior_of_others
+    wide = None if problem.prior_of_others == prior else problem.prior_of_others
+    scale = " Dashed: with the scale of the prior unknown; all else is beside the scale that was found." if wide else ""
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior. Blue: "
+        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior.{scale} Blue: "
         "50 and 90 % of the posterior. "
         + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
-        + _untouched(problem, sample),
-        lambda path: coefficients.draw(path, sample, prior, reference[:n], results.estimates, word, equations),
+        + _untouched(sample.contraction[:n]),
+        lambda path: coefficients.draw(
+            path, sample, prior, reference[:n], results.estimates, word, equations, wide=wide
+        ),
     )
     for trial in problem.each_trial(results.draws):
         yield track_figure(*trial, synthetic=word == "truth")
@@ -59,10 +63,10 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     whole = np.arange(len(sample.names))
     yield ReportFigure(
         "correlation",
-        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more{_strongest(sample, whole)}. "
-        "Strong colours off the diagonal are coefficients that trade off: the data know a combination of them better "
-        "than each.",
-        partial(posterior.draw_correlation, posterior=sample, equations=equations),
+        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more{_strongest(results, whole)}. "
+        f"Coefficients are ratios to the {word}. Strong colours off the diagonal are coefficients that trade off: the "
+        "data know a combination of them better than each.",
+        partial(posterior.draw_correlation, names=sample.names, correlation=results.correlation, equations=equations),
     )
     yield from _corners(results, reference, word)
     yield _ranks(sample, equations)
@@ -124,12 +128,12 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
     lines = f"Pink lines: null directions, {len(null)} in all, along which the motion stays the same. " if null else ""
     yield ReportFigure(
         "corner",
-        f"Joint marginals of coefficients that trade off{_strongest(sample, chosen)}"
+        f"Joint marginals of coefficients that trade off{_strongest(results, chosen)}"
         f"{', and of those in null directions' if null else ''}, as ratios to the {word}; above each its mean and sd. "
         "A narrow slanted shape is a pair of which the data know one combination. "
         f"{lines}Black: the {word}. Dashed: the prior.{points}",
         lambda path: corner.draw(
-            path, sample, problem.prior_of_others, reference[:n], equations, chosen=chosen, null=null, word=word,
+            path, sample, results.prior_of_others, reference[:n], equations, chosen=chosen, null=null, word=word,
             sets={label: values[:, :n] for label, values in sets.items()},
         ),
     )  # fmt: skip
@@ -139,17 +143,23 @@ def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
         f"The posterior along directions of coefficient space: of {n_all}, {n_stiff} are stiff, "
         f"{n_all - n_stiff - n_null} sloppy and {n_null} null; the first and the last of each kind, with their "
         "two largest entries. All panels have one scale, prior standard deviations from the prior mean. What is known "
-        "is a thin line; what nobody sees is as wide as the prior (dashed: a normal of its spread)."
+        "is a thin line; what nobody sees is as wide as the prior (dashed: a normal of its spread, along null "
+        "directions that beside what the data say of all else)."
         f"{' Black: the truth.' if word == 'truth' else ''}{points}",
         lambda path: corner.draw_directions(
-            path, sample, spectrum, equations, reference=reference if word == "truth" else None, sets=sets
+            path,
+            sample,
+            spectrum,
+            equations,
+            before=results.null_sds,
+            sets=sets,
+            reference=reference if word == "truth" else None,
         ),
     )
 
 
-def _untouched(problem, sample) -> str:
+def _untouched(contraction) -> str:
     """Of how many coefficients the data said next to nothing."""
-    contraction = sample.contraction_given(problem.prior_of_others)[: problem.n_coefficients]
     n = np.count_nonzero(contraction >= UNTOUCHED)
     of_them = ": the data said next to nothing of them" if n else ""
     return (
@@ -157,13 +167,14 @@ def _untouched(problem, sample) -> str:
     )
 
 
-def _strongest(sample, chosen) -> str:
+def _strongest(results, chosen) -> str:
     """The most correlated pair of some parameters, in words."""
-    some = np.abs(np.triu(sample.correlation[np.ix_(chosen, chosen)], 1))
+    names, correlation = results.summary.names, results.correlation
+    some = np.abs(np.triu(correlation[np.ix_(chosen, chosen)], 1))
     if not some.any():
         return ""
     i, j = chosen[list(np.unravel_index(np.argmax(some), some.shape))]
-    return f" (most of all {sample.names[i]} with {sample.names[j]}, correlation {sample.correlation[i, j]:+.2f})"
+    return f" (most of all {names[i]} with {names[j]}, correlation {correlation[i, j]:+.2f})"
 
 
 def _null_words(n_null: int) -> str:
@@ -225,7 +236,9 @@ def _fit(baseline: dict) -> str:
     lowest, highest = min(chi_squares), max(chi_squares)
     if highest < FITS:
         return ", all of which fit the track"
-    return f", which do not all fit the track (chi-square per reading {lowest:.3g} to {highest:.3g})"
+    ends = " to ".join(dict.fromkeys((f"{lowest:.3g}", f"{highest:.3g}")))
+    which = "of which none fits" if lowest >= FITS else "which do not all fit"
+    return f", {which} the track (chi-square per reading {ends})"
 
 
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:

@@ -15,7 +15,6 @@ from bayesub.findings.verdicts import in_words
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
-from bayesub.io import seeds
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.words import powers, rounded, uncertain
 from bayesub.report import page as pages
@@ -64,7 +63,7 @@ def write_report(
     estimates : sequence of Estimate
         By the baselines; may be empty.
     spectrum : Spectrum
-        From :func:`bayesub.inference.identifiability.fisher`.
+        From :func:`bayesub.inference.identifiability.fisher`, with the draws of the posterior.
     posterior : Posterior
         From :func:`bayesub.sample`.
     study : ReportedStudy, optional
@@ -89,8 +88,7 @@ def write_report(
         If the folder cannot be written to.
     """
     asked = study or ReportedStudy(problem.vehicle.name, "")
-    rng = seeds.generator(asked.seed, seeds.REPORT)
-    results = Results(problem, estimates, spectrum, posterior, check, rng, predictions, quantities)
+    results = Results(problem, estimates, spectrum, posterior, check, asked.seed, predictions, quantities)
     numbers = numbers_of(results)
     numbers |= {"name": asked.name, "question": asked.question, "seconds": dict(asked.seconds)}
     numbers["set_up"] |= ({"seed": str(asked.seed)} if study else {}) | dict(asked.origin)

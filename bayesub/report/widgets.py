@@ -6,15 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from bayesub.findings import run_numbers
 from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
 from bayesub.report import page
+from bayesub.report.figures import TRACKS
 from bayesub.report.plots import coefficients, posterior
 from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
 
 DRAWS = 400  # of the posterior, in the scatter of a pair
 READINGS = 30_000  # of all trials; of more, every second, third ..
-TRACKS, PLACES = 10, 250  # draws whose track is drawn, and points of each
+PLACES = 250  # points of a track
 _DIGITS = 7  # of numbers
 
 
@@ -57,7 +59,7 @@ def _intervals(results, numbers, reference) -> dict:
     """A row for each coefficient, and what the searches found of it."""
     problem, sample = results.problem, results.summary
     n = problem.n_coefficients
-    prior = np.transpose([problem.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES])[:n]
+    prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES])[:n]
     quantiles = sample.quantiles(coefficients.QUANTILES).T[:n]
     terms = [problem.equations.term(name) for name in sample.names[:n]]
     rows = [
@@ -91,11 +93,11 @@ def _intervals(results, numbers, reference) -> dict:
 def _pairs(results, reference, word: str) -> dict:
     """Correlations in hundredths below the diagonal, and some draws of every parameter, ratios where there are some."""
     problem, sample = results.problem, results.summary
+    divisors = run_numbers.ratio_divisors(problem)
     is_ratio = (np.arange(len(sample.names)) < problem.n_coefficients) & (reference != 0.0)
-    divisors = np.where(is_ratio, reference, 1.0)
     some = np.linspace(0, len(sample.draws) - 1, min(DRAWS, len(sample.draws))).astype(int)
-    prior = np.transpose([problem.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES]) / divisors[:, None]
-    strong, _ = posterior.strong_block(sample.names, sample.correlation)
+    prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES]) / divisors[:, None]
+    strong, _ = posterior.strong_block(sample.names, results.correlation)
     rows, columns = np.tril_indices(len(sample.names), -1)
     own = {t.name: f"{t.name} ({t.unit})" if t.unit else t.name for t in problem.equations.terms}
     return {
@@ -105,7 +107,7 @@ def _pairs(results, reference, word: str) -> dict:
             for name, ratio in zip(sample.names, is_ratio, strict=True)
         ],
         "strong": [sample.names.index(name) for name in strong],
-        "hundredths": np.rint(100 * sample.correlation[rows, columns]).astype(int).tolist(),
+        "hundredths": np.rint(100 * results.correlation[rows, columns]).astype(int).tolist(),
         "reference": _rounded(reference / divisors),
         "prior": _rounded(np.sort(prior)),
         "draws": [pack(values) for values in (sample.draws[some] / divisors).T],

@@ -50,7 +50,7 @@ def posterior_of(problem, rng):
 def results_of(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
     spectrum = identifiability.fisher(problem, posterior.best)
-    return Results(problem, [], spectrum, posterior, None, np.random.default_rng(1))
+    return Results(problem, [], spectrum, posterior, None, 1)
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,10 @@ from bayesub.io import seeds
 
 SEED = 12
 STREAMS = [
-    *((stream,) for stream in (seeds.DATA, seeds.GUESS, seeds.SQP, seeds.SAMPLER, seeds.CROSS_CHECK, seeds.REPORT)),
+    *((stream,) for stream in (seeds.DATA, seeds.GUESS, seeds.SQP, seeds.SAMPLER, seeds.CROSS_CHECK)),
     *((stream,) for stream in (seeds.MODE, seeds.PREDICTIONS)),
     *((seeds.LEFT_OUT, k) for k in range(3)),
+    *((seeds.REPORT, k) for k in (seeds.MOTIONS, seeds.PRIOR_MOTIONS, seeds.DERIVED, seeds.RESIDUALS, seeds.JUMPS)),
 ]
 
 

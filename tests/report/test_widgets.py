@@ -12,6 +12,7 @@ from bayesub.findings.results import Results, numbers_of
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
 from bayesub.report import report, widgets
+from bayesub.report.figures import figures
 
 
 def unpacked(packed):
@@ -27,7 +28,7 @@ def results(spiral_track):
     posterior = posterior_of(problem, np.random.default_rng(1))
     estimates = [sqp(problem.naive(), rng=np.random.default_rng(3), n_starts=2)]
     spectrum = identifiability.fisher(problem, posterior.best)
-    return Results(problem, estimates, spectrum, posterior, None, np.random.default_rng(1))
+    return Results(problem, estimates, spectrum, posterior, None, 1)
 
 
 @pytest.fixture(scope="module")
@@ -58,17 +59,45 @@ def test_constant_and_missing_values_can_be_packed():
     assert np.isnan(unpacked(widgets.pack([np.nan]))).all()
 
 
-def test_correlations_below_the_diagonal_are_those_of_the_draws(results, content):
-    pairs, sample = content["pairs"], results.summary
+def test_correlations_are_of_what_is_drawn_and_the_same_everywhere(results, numbers, content):
+    """Of ratios to the reference: the slope of a pair of opposite signs is not that of its values."""
+    pairs, sample, n_coefficients = content["pairs"], results.summary, results.problem.n_coefficients
     n = len(sample.names)
+    divisors = np.where(np.arange(n) < n_coefficients, results.problem.reference, 1.0)
+    drawn = np.corrcoef((sample.draws / divisors).T)
+    assert (drawn * sample.correlation < -0.1).any()
     assert len(pairs["hundredths"]) == n * (n - 1) // 2
-    for i, j in ((1, 0), (5, 3), (n - 1, n - 2)):  # place i (i - 1) / 2 + j, as the script reads it
-        found = pairs["hundredths"][i * (i - 1) // 2 + j] / 100
-        assert found == pytest.approx(sample.correlation[i, j], abs=0.00501)
+    rows, columns = np.tril_indices(n, -1)  # place i (i - 1) / 2 + j, as the script reads it
+    np.testing.assert_allclose(np.array(pairs["hundredths"]) / 100, drawn[rows, columns], atol=0.00501)
+    some = np.corrcoef([unpacked(packed) for packed in pairs["draws"]])
+    for strongest in (*numbers["trade_offs"][:5], *numbers["nuisance_trade_offs"][:2]):
+        i, j = map(sample.names.index, strongest["pair"])
+        assert strongest["correlation"] == pytest.approx(drawn[i, j], abs=1e-9)
+        assert strongest["correlation"] == pytest.approx(some[i, j], abs=0.1)
+    captions = captions_of(results)
+    i, j = np.unravel_index(np.argmax(np.abs(np.triu(drawn, 1))), drawn.shape)
+    words = f"{sample.names[i]} with {sample.names[j]}, correlation {drawn[i, j]:+.2f}"
+    assert words in captions["correlation"]
     draws = np.array([unpacked(packed) for packed in pairs["draws"]])
     assert draws.shape == (n, widgets.DRAWS)
     values = draws * np.where(np.arange(n) < results.problem.n_coefficients, results.problem.reference, 1.0)[:, None]
     assert (np.abs(values.mean(axis=1) - sample.mean) < 5.0 * sample.sd / np.sqrt(widgets.DRAWS)).all()
+
+
+def captions_of(results, baselines=()):
+    return {f.name: f.caption for f in figures(results, results.problem.reference, "truth", baselines)}
+
+
+def test_a_caption_counts_the_tracks_that_are_drawn_and_the_searches_that_fit(results, content):
+    (trial,) = content["trials"]
+    assert f"and {len(trial['path']['draws'])} draws from the posterior" in captions_of(results)["track"]
+    for fits, words in (
+        ((70.6, 70.61), "SQP solutions, of which none fits the track (chi-square per reading 70.6)."),
+        ((1.0, 1.1), "SQP solutions, all of which fit the track."),
+        ((1.0, 3.0), "SQP solutions, which do not all fit the track (chi-square per reading 1 to 3)."),
+    ):
+        sqp = {"method": "SQP", "chi_square_per_reading": fits}
+        assert words in captions_of(results, [sqp])["coefficients"]
 
 
 def test_intervals_are_those_of_the_numbers(results, numbers, content):

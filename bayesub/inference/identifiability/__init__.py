@@ -2,7 +2,7 @@
 
 from bayesub.inference.identifiability.contribution import Cancellation, Contribution, cancellation, contribution
 from bayesub.inference.identifiability.fisher import Spectrum, fisher
-from bayesub.inference.identifiability.null_space import NullSpace, Structure, null_space, structure
+from bayesub.inference.identifiability.null_space import NullSpace, Structure, kept, null_space, structure
 from bayesub.inference.identifiability.profile import Profile, profile
 from bayesub.inference.identifiability.rank import AxisRank, Collinearity, collinearity, held_fixed, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
@@ -23,6 +23,7 @@ __all__ = [
     "contribution",
     "fisher",
     "held_fixed",
+    "kept",
     "null_space",
     "profile",
     "rank",

@@ -135,7 +135,10 @@ class Spectrum(Displayed):
 
 
 def fisher(
-    problem: Identifiable, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None = None
+    problem: Identifiable,
+    at: PointEstimate | ArrayLike,
+    null: Iterable[dict[str, float]] | None = None,
+    draws: np.ndarray | None = None,
 ) -> Spectrum:
     """Spectrum of a problem at a parameter vector, with its null directions last.
 
@@ -150,17 +153,19 @@ def fisher(
         default those of :func:`bayesub.inference.identifiability.null_space` at `at`. If there are none every direction
         counts as one that better sensors could see, and singular values that are only the error of the Jacobian are
         taken at their word.
+    draws : (n, n_params) of the posterior, which say an unknown scale of the prior, and what is not null at all of them
     """
     parameters = parameter_vector(at)
     white = [history.columns for history in problem.histories]
-    whitened, sd = problem.jacobian(parameters) * problem.prior.sd, problem.prior.sd
+    prior = problem.prior if draws is None else problem.prior.found(draws)
+    whitened, sd = problem.jacobian(parameters) * prior.sd, prior.sd
     others = np.arange(problem.n_params)
     if white:
         others = np.delete(others, np.concatenate(white))
         whitened = integrated_out(whitened[:, others], whitened[:, np.concatenate(white)])
     names, sd = tuple(problem.names[k] for k in others), sd[others]
-    basis = null_basis(names, null_vectors(problem, parameters, null), sd)
-    factor = correlation_factor(problem.prior, others)
+    basis = null_basis(names, null_vectors(problem, parameters, null, draws), sd)
+    factor = correlation_factor(prior, others)
     _, s, vt = split_svd(whitened @ factor, orthonormal(np.linalg.solve(factor, basis.T).T))
     return Spectrum(names, s, signed(vt @ factor.T), sd, len(basis), parameters[others])
 

@@ -14,7 +14,15 @@ from numpy.typing import ArrayLike
 
 from bayesub.inference.identifiability.linalg import complete_svd, null_basis
 from bayesub.inference.identifiability.rank import ACCURACY, AxisRank, rank
-from bayesub.inference.interface import Identifiable, PointEstimate, parameter_vector
+from bayesub.inference.interface import (
+    Identifiable,
+    InferencePrior,
+    PointEstimate,
+    parameter_vector,
+)
+
+RANK_DRAWS = 12  # of the posterior, at which a rank is taken beside that of one point
+_LINES, _REACH, _POINTS = 250, np.arcsinh(50.0), 161  # draws, and places on the line through each, in prior sds
 
 
 @dataclass(frozen=True)
@@ -48,7 +56,9 @@ class NullSpace:
         return null_basis(self.names, self.vectors, np.asarray(scale, dtype=float))
 
 
-def null_space(problem: Identifiable, at: PointEstimate | ArrayLike, *, accuracy: float = ACCURACY) -> NullSpace:
+def null_space(
+    problem: Identifiable, at: PointEstimate | ArrayLike, *, accuracy: float = ACCURACY, draws: np.ndarray | None = None
+) -> NullSpace:
     """The null space of a problem.
 
     The coefficients of a problem are in it as far as they are free. Relations between coefficients and nuisance
@@ -59,17 +69,52 @@ def null_space(problem: Identifiable, at: PointEstimate | ArrayLike, *, accuracy
     problem : with linear systems; without them there are no null directions
     at : Estimate or parameter vector (n_params,), of whose motion the equations are taken
     accuracy : relative accuracy of the best readings, below which a direction is weak
+    draws : (n, n_params) of the posterior; what is round-off at `at`, and not at all of some of these, is not null
     """
-    parameters = parameter_vector(at)
-    systems = problem.linear_systems(parameters)
-    return NullSpace(problem.names, rank(systems, prefer=problem.preferred_pivots, accuracy=accuracy))
+    some = () if draws is None else draws[np.linspace(0, len(draws) - 1, RANK_DRAWS).astype(int)]
+    systems, *others = (problem.linear_systems(one) for one in (parameter_vector(at), *some))
+    return NullSpace(problem.names, rank(systems, problem.preferred_pivots, accuracy, others))
 
 
 def null_vectors(
-    problem: Identifiable, at: PointEstimate | ArrayLike, null: Iterable[dict[str, float]] | None
+    problem: Identifiable,
+    at: PointEstimate | ArrayLike,
+    null: Iterable[dict[str, float]] | None,
+    draws: np.ndarray | None = None,
 ) -> tuple[dict[str, float], ...]:
     """Null vectors that were handed in, or where `null` is None those of the null space of the problem."""
-    return null_space(problem, at).vectors if null is None else tuple(null)
+    return null_space(problem, at, draws=draws).vectors if null is None else tuple(null)
+
+
+def kept(
+    prior: InferencePrior, draws: np.ndarray, steps: np.ndarray, coordinates: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and sd, both (n_null,), that the prior alone gives null directions beside what the data say of all else.
+
+    Where the data do not tell the points of a line, the posterior on it is the prior on it. With means and variances
+    of the prior on the lines through draws, by the law of total variance, draws of a right posterior have this mean
+    and sd, whatever the prior: of a normal one that is its own, of a uniform one it is wider in the middle of the box
+    and narrower in a corner.
+
+    Parameters
+    ----------
+    draws : (n_draws, n_params) of the posterior
+    steps : (n_null, n_params) along each null direction, in parameters
+    coordinates : (n_null, n_params) such that ``parameters @ coordinates.T`` counts steps along each
+    """
+    some = draws[np.linspace(0, len(draws) - 1, min(_LINES, len(draws))).astype(int)]
+    s = np.linspace(-_REACH, _REACH, _POINTS)
+    t = np.sinh(s)  # close to each other at a draw, and far enough for the tail of a log-normal
+    moments = []
+    for step, coordinate in zip(steps, coordinates, strict=True):
+        logs = np.array([prior.log_density(one + t[:, None] * step) for one in some])
+        weights = np.cosh(s) * np.exp(logs - logs.max(axis=1, keepdims=True))
+        weights /= weights.sum(axis=1, keepdims=True)
+        shift = weights @ t
+        means = some @ coordinate + shift
+        moments.append((means.mean(), np.sqrt(np.mean(weights @ t**2 - shift**2) + means.var())))
+    mean, sd = np.reshape(moments, (-1, 2)).T
+    return mean, sd
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ Collinearity is that of Belsley, Kuh & Welsch (1980, chapter 3). The linear form
 measured about zero: a correlation is the cosine of the angle between two columns.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from bayesub.inference.identifiability.linalg import TIE, complete_svd, null_basis, signed, split_svd
+from bayesub.inference.identifiability.linalg import TIE, complete_svd, null_basis, orthonormal, signed, split_svd
 from bayesub.inference.interface import LinearForm
 
 ACCURACY = 1e-6  # relative; twenty bits, which no accelerometer or log of a trial reaches
@@ -97,7 +97,10 @@ class AxisRank:
 
 
 def rank(
-    systems: Mapping[str, LinearForm], prefer: Iterable[str] = (), accuracy: float = ACCURACY
+    systems: Mapping[str, LinearForm],
+    prefer: Iterable[str] = (),
+    accuracy: float = ACCURACY,
+    others: Sequence[Mapping[str, LinearForm]] = (),
 ) -> dict[str, AxisRank]:
     """Rank and null space of each axis of :func:`bayesub.model.linear_form.linear_systems`.
 
@@ -110,8 +113,13 @@ def rank(
         its columns, a number or (n_columns,)
     prefer : names to tie null vectors to where that is possible: those that an engineer would rather hold fixed
     accuracy : relative accuracy of the best readings, below which a direction is weak
+    others : the systems at other coefficients. A direction that one of them shows is not null, although it may be
+        round-off in `systems` by accident, as where two speeds happen never to differ in sign
     """
-    return {axis: _rank(system, prefer, accuracy) for axis, system in systems.items()}
+    return {
+        axis: _rank(system, [other[axis] for other in others if axis in other], prefer, accuracy)
+        for axis, system in systems.items()
+    }
 
 
 def round_off(shape: tuple[int, ...], largest: float, rounding: float | np.ndarray) -> float:
@@ -126,10 +134,37 @@ def round_off(shape: tuple[int, ...], largest: float, rounding: float | np.ndarr
     return float(known + np.sqrt(max(shape)) * np.finfo(float).eps * largest)
 
 
-def _rank(system, prefer, accuracy) -> AxisRank:
+def _decomposed(system) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Lengths of the columns; singular values and directions with unit columns; and what is round-off."""
     lengths = np.linalg.norm(system.matrix, axis=0)
     _, s, vt = complete_svd(np.asarray(np.linalg.qr(system.matrix / lengths, mode="r")))
-    threshold = round_off(system.matrix.shape, s[0], system.rounding)
+    return lengths, s, vt, round_off(system.matrix.shape, s[0], system.rounding)
+
+
+def _shown_by(others, names, lengths, s, vt, threshold) -> tuple[np.ndarray, np.ndarray]:
+    """Singular values and directions, of which those that another system shows are no round-off.
+
+    Such a direction has the median of its singular values in the systems that show it.
+    """
+    own, n = np.count_nonzero(s > threshold), len(s)
+    found = [(lengths, s, vt, threshold), *(_decomposed(other) for other in others if other.names == names)]
+    ranks = np.array([np.count_nonzero(values > least) for _, values, _, least in found])
+    low, high = ranks.min(), ranks.max()
+    if low == high:
+        return s, vt
+    showing = [one for one, rank in zip(found, ranks, strict=True) if rank == high]
+    s, usual = s.copy(), np.median([values / least for _, values, _, least in showing], axis=0)
+    s[low:high] = np.minimum(threshold * usual[low:high], s[low - 1])
+    # Of the directions that are null here, those last that are nearest to what is null there too.
+    there_lengths, _, there_vt, _ = showing[0]
+    there = orthonormal(there_vt[high:] / there_lengths * lengths) if high < n else np.empty((0, n))
+    nearest = np.linalg.svd(vt[own:] @ there.T)[0][:, ::-1]
+    return s, np.concatenate([vt[:own], nearest.T @ vt[own:]])
+
+
+def _rank(system, others, prefer, accuracy) -> AxisRank:
+    lengths, s, vt, threshold = _decomposed(system)
+    s, vt = _shown_by(others, system.names, lengths, s, vt, threshold)
     null, weak = vt[s <= threshold], vt[(s > threshold) & (s <= accuracy * s[0])][::-1]
     weak = signed(weak / lengths) * lengths
     pivots = _pivots(null, system.names, prefer)

@@ -1,10 +1,10 @@
 """What sampling returns: the chain of every ensemble, its summaries and its convergence."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -36,6 +36,7 @@ class Criteria:
     false_alarms: float = 0.01
 
 
+AnyPrior = TypeVar("AnyPrior", bound=InferencePrior)
 STANDARD = Criteria()
 DIAGNOSTICS = ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")  # (.., n_params) attributes of a posterior
 JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
@@ -106,8 +107,8 @@ class Posterior(Convergence, Displayed):
         non-dimensional, nuisance parameters in the unit of their name
     log_prob : (n_ensembles, n_kept, n_walkers) log posterior densities up to a constant, in the scaled coordinates x of
         the table of :mod:`bayesub.inference.sampling`, where the density does not depend on units
-    prior_mean : (n_params,) of each parameter by itself
-    prior_sd : (n_params,) of each parameter by itself
+    prior_mean : (n_params,) of each parameter by itself, as it was known before (:meth:`given`)
+    prior_sd : (n_params,) of each parameter by itself, likewise
     n_warmup : steps discarded before the first kept one
     acceptance : fraction of proposals accepted
     evaluations : simulations, from the search for the mode to the last step
@@ -142,6 +143,21 @@ class Posterior(Convergence, Displayed):
         judged = self._judged
         chain, log_prob = self.chain[:, judged], self.log_prob[:, judged]
         return replace(self, chain=chain, log_prob=log_prob, thin=judged.step * self.thin)
+
+    def known_before(self, prior: AnyPrior) -> AnyPrior:
+        """What was known before: the `prior` of its parameters, with the scale that the draws say if it is unknown.
+
+        The draws are those of :meth:`thinned`, so that a posterior that was saved says the same.
+        """
+        return prior.found(self.thinned().draws)
+
+    def given(self, prior: InferencePrior) -> "Posterior":
+        """The same with mean and sd of :meth:`known_before`, which is what tables, files and figures compare with."""
+        known = self.known_before(prior)
+        result = replace(self, prior_mean=known.mean, prior_sd=known.sd)
+        of_dataclass = {field.name for field in fields(self)}
+        vars(result).update({key: value for key, value in vars(self).items() if key not in of_dataclass})
+        return result
 
     def part(self, positions: np.ndarray) -> "Posterior":
         """The posterior of some parameters, with the convergence of each as it was judged among all.
@@ -189,17 +205,6 @@ class Posterior(Convergence, Displayed):
     def contraction(self) -> np.ndarray:
         """(n_params,) posterior sd over the prior sd of each parameter by itself: 1 where the data said nothing."""
         return self.sd / self.prior_sd
-
-    def contraction_given(self, prior: InferencePrior) -> np.ndarray:
-        """(n_params,) posterior sd over the sd that the `prior` of these has once the draws have said its scale.
-
-        What the data say of the scale of a hierarchical prior narrows it for parameters of which they say nothing.
-        """
-        return prior.contraction(self.draws)
-
-    def contraction_along(self, directions: np.ndarray) -> np.ndarray:
-        """(n,) as :attr:`contraction`, along directions (n, n_params) in prior sds."""
-        return np.std((self.draws - self.prior_mean) / self.prior_sd @ directions.T, axis=0)
 
     @cached_property
     def correlation(self) -> np.ndarray:

@@ -246,7 +246,7 @@ class _Run:
             criteria=criteria,
             thin=self.thin,
             **vars(self.state.spent),
-        )
+        ).given(self.problem.prior)
 
     def _charged(self, spent: store.Spent) -> store.Spent:
         """What has been spent so far, with what has been since the last time."""

@@ -65,11 +65,14 @@ def draw(
     estimates: Sequence[Estimate],
     reference_word: str,
     equations: Equations,
+    *,
+    wide: Prior | None = None,
 ) -> None:
     """Prior band, posterior intervals and the solutions of the baselines.
 
     `posterior` and `prior`: of n_params parameters; `reference`: (n_coefficients,) values that count as one, of the
-    first n_coefficients parameters of the posterior; `estimates`: their coefficients may stand in another order.
+    first n_coefficients parameters of the posterior; `estimates`: their coefficients may stand in another order;
+    `wide`: the prior with its scale unknown, whose band is an outline.
     """
     n = len(reference)
     n_panels = -(-n // ROWS)
@@ -85,6 +88,16 @@ def draw(
         panels = figure.subplots(1, n_panels, squeeze=False, sharex=True)[0]
         for panel, rows in zip(panels, np.array_split(np.arange(n), n_panels), strict=True):
             intervals(panel, rows, quantiles, prior, reference, lying=True)
+            if wide is not None:
+                ends = np.sort(ratios([wide.quantiles(p) for p in PRIOR_EDGES], reference, prior)[:, rows], axis=0)
+                outline = {
+                    "fc": "none",
+                    "ec": style.TRUTH,
+                    "lw": 0.5,
+                    "ls": "--",
+                    "label": "prior, scale unknown, 90 %",
+                }
+                panel.barh(rows, np.ptp(ends, axis=0), 0.8, ends[0], **outline)
             for estimate, some in zip(estimates, values, strict=True):
                 _draw_estimate(panel, rows, estimate, some[:, rows], (low, high))
             names = posterior.names[rows[0] : rows[-1] + 1]

@@ -132,20 +132,23 @@ def draw_directions(
     spectrum: Spectrum,
     equations: Equations,
     *,
+    before: np.ndarray,
     reference: np.ndarray | None = None,
     sets: Mapping[str, np.ndarray] | None = None,
 ) -> None:
     """Joint marginals along directions of the spectrum, all on one scale: prior standard deviations.
 
-    `posterior`: of the parameters of the spectrum, with the means and standard deviations of their prior; `reference`:
-    (n_params,) the truth, if it is known; `sets`: label -> (n_sets, n_params) values to draw as points.
+    `posterior`: of the parameters of the spectrum, with the means and standard deviations of their prior; `before`:
+    (2, n_params) mean and sd along each direction where the data say nothing of it; `reference`: (n_params,) the truth,
+    if it is known; `sets`: label -> (n_sets, n_params) values to draw as points.
     """
     kinds = choose_directions(spectrum)
     chosen = [k for _, _, members in kinds for k in members]
     n, coordinates = len(chosen), spectrum.coordinates[chosen]
 
     def along(values):
-        return (np.asarray(values) - posterior.prior_mean) / posterior.prior_sd @ coordinates.T
+        steps = (np.asarray(values) - posterior.prior_mean) / spectrum.prior_sd @ coordinates.T
+        return (steps - before[0, chosen]) / before[1, chosen]
 
     draws = along(posterior.draws[:: -(-len(posterior.draws) // DRAWS)])
     points = {label: along(np.reshape(values, (-1, len(posterior.names)))) for label, values in (sets or {}).items()}

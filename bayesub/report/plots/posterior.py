@@ -33,9 +33,9 @@ def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[st
     return [names[k] for k in members.tolist()], correlation[np.ix_(members, members)]
 
 
-def draw_correlation(path: Paths, posterior: Posterior, equations: Equations) -> None:
-    """Heat map of the posterior correlations of parameters that have strong ones; `equations` are the coefficients'."""
-    names, correlation = strong_block(posterior.names, posterior.correlation)
+def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray, equations: Equations) -> None:
+    """Heat map of the correlations (n, n) of parameters that have strong ones; `equations` are the coefficients'."""
+    names, correlation = strong_block(names, correlation)
     n = len(names)
     size = max(4.5, 0.27 * n + 1.6)
     margins = (0.75, 0.7, 0.75, 0.1) if all(name in equations.index for name in names) else None

@@ -5,8 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bayesub.findings.run_numbers import null_count
 from bayesub.findings.zeros import rank_lines
 from bayesub.inference import identifiability
+from bayesub.inference.identifiability.null_space import RANK_DRAWS
 from bayesub.inference.identifiability.rank import AxisRank
 from bayesub.io.errors import InputError, error_source
 from bayesub.model.disturbance import CURRENTS
@@ -20,6 +22,8 @@ from bayesub.sensors import observe
 from bayesub.study.before.check import drawing
 from bayesub.study.schema.disturbance_section import in_words, read_disturbance
 from bayesub.study.schema.trial_section import read_instruments
+
+_SEED, _NEAR = 8, 0.01  # of coefficients near those of the file, at which the rank is taken too, and how near
 
 
 def simulate(
@@ -103,7 +107,11 @@ def rank(vehicle: str, manoeuvre: str, **options: Any) -> Ranked:
     trajectory = simulate_trial(boat, history, **options)
     if trajectory.status[0] != "ok":
         return Ranked(f"{boat.name} does not complete {history.name}: {trajectory.status[0]}", {}, [])
-    ranks = identifiability.rank(linear_systems(trajectory), prefer=boat.equations.added_masses)
+    rng = np.random.default_rng(_SEED)
+    near = np.vstack([trajectory.xi, [priors.perturbed(boat.xi, _NEAR, rng) for _ in range(RANK_DRAWS)]])
+    flown = trajectory.simulator.trajectory(near)
+    systems = [linear_systems(flown, k) for k in np.flatnonzero(flown.status == "ok")]
+    ranks = identifiability.rank(systems[0], boat.equations.added_masses, others=systems[1:])
     lines = []
     for axis, r in ranks.items():
         for verdict, vectors in (("not unique", r.null_vectors), ("ill-conditioned", r.weak_vectors)):
@@ -111,7 +119,8 @@ def rank(vehicle: str, manoeuvre: str, **options: Any) -> Ranked:
                 changes = ", ".join(f"{name} {change:+.3g}" for name, change in vector.items())
                 lines.append(f"{axis} {verdict}: {changes}")
     title = f"{boat.name} on {history.name} ({_freedom(trajectory)}): columns scaled to unit length"
-    return Ranked(title, ranks, [*lines, *rank_lines(trajectory)])
+    summaries = {axis: r.summary() for axis, r in ranks.items()}
+    return Ranked(title, ranks, [*lines, *rank_lines(trajectory), f"{null_count(summaries).capitalize()}."])
 
 
 def _freedom(trajectory: Trajectory) -> str:

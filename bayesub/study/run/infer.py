@@ -58,6 +58,7 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     posterior = sample_posterior(setup, problem, rng, checkpoint=folder / "chain", progress=progress, examine=examine)
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
+    posterior = posterior_file.load(folder / POSTERIOR)  # with the draws that the file has, as all that follow read it
     check = None
     if cross_check:
         progress.stage("cross-check with NUTS")
@@ -199,7 +200,7 @@ def conclude(
     """Write figures, numbers and report of a posterior; what it says is the result."""
     study, folder = setup.study, context.folder
     predictions = _predictions(setup, folder, estimates, posterior)
-    spectrum = identifiability.fisher(setup.problem, posterior.best)
+    spectrum = identifiability.fisher(setup.problem, posterior.best, draws=posterior.draws)
     taken = seconds.get("all before the report", sum(seconds.values()))
     made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
     numbers = write_report(

@@ -9,6 +9,7 @@ from support.motions import smooth_manoeuvre
 
 import bayesub as bs
 from bayesub.cli import app
+from bayesub.findings.run_numbers import null_count
 from bayesub.inference.identifiability import collinearity, held_fixed, rank
 from bayesub.inference.identifiability.rank import round_off
 from bayesub.kernels import workspace
@@ -247,3 +248,28 @@ def test_an_exact_relation_is_not_collinearity(system):
     assert len(found.condition_indices) == 5
     assert set(found.involved(-1)) == {"b", "d"}
     np.testing.assert_allclose(found.vif[1:4], collinearity(system).vif[1:4], rtol=1e-9)
+
+
+def test_a_rank_does_not_hang_on_one_motion(rng):
+    """c0 + c1 - c2 is null at all draws; c3 is like c0 at one by accident, and otherwise but for 6e-9."""
+    first = rng.standard_normal((4000, 2))
+    columns = np.column_stack([first, first.sum(axis=1), first[:, 0], rng.standard_normal(4000)])
+    apart = columns.copy()
+    apart[:, 3] += 2e-8 * rng.standard_normal(4000)
+    one, other = ({"Y": system_of(matrix)} for matrix in (columns, apart))
+    alone, both, reverse = rank(one)["Y"], rank(one, others=[one, other])["Y"], rank(other, others=[one])["Y"]
+    assert (alone.null_dimension, both.null_dimension, reverse.null_dimension) == (2, 1, 1)
+    assert both.rank - both.practical_rank == reverse.rank - reverse.practical_rank == 1
+    assert both.singular_values[3] == pytest.approx(reverse.singular_values[3], rel=1e-3)
+    for found in (both, reverse):
+        (null,) = found.null_vectors
+        assert {name: round(x / null["c0"], 6) for name, x in null.items() if abs(x) > 1e-6} == {
+            "c0": 1,
+            "c1": 1,
+            "c2": -1,
+        }
+        (weak,) = found.weak_vectors
+        assert next(iter(weak)) == "c3"
+        words = null_count({"Y": found.summary()})
+        assert words.startswith("one combination leaves the motion exactly the same, and 1 changes it by less than any")
+    assert null_count({"Y": alone.summary()}) == "2 combinations leave the motion exactly the same"

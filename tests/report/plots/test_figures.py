@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 from PIL import Image
 from scipy import special
@@ -114,7 +115,7 @@ def draw_fit(path):
 
 
 def draw_correlation(path):
-    posterior.draw_correlation(path, POSTERIOR, EQUATIONS)
+    posterior.draw_correlation(path, POSTERIOR.names, POSTERIOR.correlation, EQUATIONS)
 
 
 def draw_corner(path):
@@ -124,7 +125,8 @@ def draw_corner(path):
 
 def draw_corner_of_directions(path):
     sets = {"SQP": REFERENCE[None]}
-    corner.draw_directions(path, POSTERIOR, SPECTRUM, EQUATIONS, reference=REFERENCE, sets=sets)
+    before = np.outer([0.0, 1.0], np.ones(len(SPECTRUM.names)))
+    corner.draw_directions(path, POSTERIOR, SPECTRUM, EQUATIONS, before=before, reference=REFERENCE, sets=sets)
 
 
 def draw_nuisance(path):
@@ -286,3 +288,15 @@ def test_a_palette_keeps_common_colours_and_gradients():
     result = np.asarray(style.quantise(Image.fromarray(pixels)).convert("RGB")).astype(int)
     np.testing.assert_array_equal(result[:-2], pixels[:-2])
     assert np.abs(result[-2:] - pixels[-2:]).max() <= 12
+
+
+def test_a_saved_figure_has_the_colours_of_its_colour_bar(tmp_path):
+    """Of a map of correlations, every cell and every level of the bar keep their colour in the palette of the file."""
+    values = np.linspace(-1.0, 1.0, len(NAMES) ** 2).reshape(len(NAMES), -1)
+    posterior.draw_correlation(tmp_path / "map.png", NAMES, values, EQUATIONS)
+    picture = np.asarray(Image.open(tmp_path / "map.png").convert("RGB"))
+    shown = np.unique(picture.reshape(-1, 3), axis=0).astype(int)
+    levels = np.rint(255 * colormaps["RdBu_r"](np.linspace(0.0, 1.0, 256))[:, :3]).astype(int)
+    assert np.abs(levels[:, None] - shown).max(axis=2).min(axis=1).max() <= 12
+    cells = np.rint(255 * colormaps["RdBu_r"](0.5 + 0.5 * values.ravel())[:, :3]).astype(int)
+    assert np.abs(cells[:, None] - shown).max(axis=2).min(axis=1).max() <= 12

@@ -19,6 +19,7 @@ from bayesub.inference.sampling import posterior_file
 from bayesub.io import toml_files
 from bayesub.io.terminal import Bars
 from bayesub.logs import log_files
+from bayesub.report import report
 from bayesub.study.after.finished_run import redraw, saved_study
 from bayesub.study.run import infer
 from bayesub.study.run import prepare as preparation
@@ -82,6 +83,28 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
     assert bayesub("report", folder, "--pdf")[0] == 0
     assert (folder / "report.html").exists()
     assert (folder / "corner.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.usefixtures("few_figures")
+@pytest.mark.slow
+def test_a_page_drawn_again_is_the_same_to_the_byte(bayesub, small, tmp_path, monkeypatch):
+    """Also when what is random in it is asked for in another order."""
+    folder = tmp_path / "run"
+    small.write_text(
+        SMALL.replace('kind = "relative_normal"\nsd = 0.25', 'kind = "relative_hierarchical"\nlog_sd = 0.25')
+    )
+    assert bayesub("run", small, "-o", folder)[0] == 0
+    names = ("report.html", "report.md", "numbers.json", "outcome.json")
+    before = {name: (folder / name).read_bytes() for name in names}
+    numbers_of = report.numbers_of
+
+    def other_order(results):
+        assert all(map(len, (results.derived.values, results.prior_predictive, results.residuals)))
+        return numbers_of(results)
+
+    monkeypatch.setattr(report, "numbers_of", other_order)
+    assert bayesub("report", folder)[0] == 0
+    assert {name: (folder / name).read_bytes() for name in names} == before
 
 
 def test_resume_names_the_first_difference(bayesub, small, tmp_path):
