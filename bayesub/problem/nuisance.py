@@ -5,6 +5,8 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
 - ``yaw0_deg``, ``u0_mps``, ..: a state at the start of the manoeuvre
 - ``current_north_mps``, ``current_east_mps``: a constant current
 - ``bias_yaw_deg``, ``bias_u_ground_mps``, ..: what a channel reads too much, all the time
+- ``scale_u_ground``, ``scale_r``, ..: by what a sensor of a speed, a rate or an acceleration multiplies, before its
+  bias
 - ``sd_yaw_deg``, ..; ``dof_x``; ``correlation_time_yaw_s``: of its noise (:mod:`bayesub.problem.likelihoods`)
 - ``mass_kg``, ``buoyancy_n``, ``Ixx_kgm2`` .. ``Izx_kgm2``, ``xG_m`` .. ``zB_m``, ``zP_m``: of the body. The weight
   goes with the mass, and the buoyancy goes with the weight, so that the trim stays; ``buoyancy_n`` changes the trim,
@@ -38,6 +40,8 @@ from bayesub.sensors.record import Channel
 
 _UNITS = {"I": "kgm2", "x": "m", "y": "m", "z": "m"}
 CURRENTS = ("current_north_mps", "current_east_mps")
+ON_READINGS = ("bias", "scale")  # attributes of a channel that are none of its noise
+_SCALED = ("mps", "degps", "mps2", "degps2")  # units of the columns whose sensors have a scale
 
 # Name -> entries of the body vector and what a unit of the parameter adds to each; b1 .. b9 in their own unit.
 BODY = {"mass_kg": {"mass": 1.0, "weight": GRAVITY_MPS2, "buoyancy": GRAVITY_MPS2}, "buoyancy_n": {"buoyancy": 1.0}}
@@ -70,7 +74,7 @@ class Nuisance:
     factor : SI units in its unit
     motion : parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one
     channel : name of the channel, for parameters of one
-    attribute : of the noise of the channel, or "bias"
+    attribute : of the noise of the channel, or "bias" or "scale"
     mount : what it is of an instrument
     later_s : of a clock, how much later than the record says readings may have been taken, at least and at most
     """
@@ -133,9 +137,14 @@ def _refused(name: str, reason: str, kind: str = "conflict") -> InputError:
 
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
-    """Whether all trials share a nuisance parameter: it is of the boat, of the process that disturbs it, or a place."""
+    """Whether all trials share a nuisance parameter: of the boat, the process that disturbs it, a place or a scale."""
     of_hull = name in BODY or name in OF_HULL or name in vehicle.actuators.parameters
-    return of_hull or of_process(name) or mounting.of_place(name)
+    return of_hull or of_process(name) or of_instrument(name, vehicle)
+
+
+def of_instrument(name: str, vehicle: Vehicle) -> bool:
+    """Whether a parameter is a place or a scale, which an instrument has in every trial in which it reads."""
+    return mounting.of_place(name) or (name.startswith("scale_") and name not in vehicle.actuators.parameters)
 
 
 def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
@@ -185,6 +194,8 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
         column = log_files.HEADERS[channel.quantity]
         factor = log_files.si_factor(column)
         nuisances.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
+        if column.rpartition("_")[2] in _SCALED:
+            nuisances.append(Nuisance(f"scale_{channel.name}", 1.0, channel=channel.name, attribute="scale"))
         for attribute in noise.SAMPLED:
             stem = attribute.removesuffix("_s")
             name, factor_of = f"{stem}_{channel.name}{attribute.removeprefix(stem)}", 1.0
@@ -263,15 +274,15 @@ class Nuisances:
         """Position among these, and 0 for north or 1 for east, of each component of the current."""
         return [(k, CURRENTS.index(name)) for k, name in enumerate(self.names) if name in CURRENTS]
 
-    def biases(self, channels: Sequence[Channel]) -> list[tuple[int, int, float]]:
-        """Position of the channel, position of its bias among these and factor to SI, for each bias."""
+    def on_readings(self, of: str, channels: Sequence[Channel]) -> list[tuple[int, int, float]]:
+        """Position of the channel, position among these and factor to SI, for each "bias" or each "scale"."""
         return [
             (i, k, factor)
             for i, channel in enumerate(channels)
             for attribute, k, factor in self._of_channels.get(channel.name, ())
-            if attribute == "bias"
+            if attribute == of
         ]
 
     def of_noise(self, channel: Channel) -> list[tuple[str, int, float]]:
         """Attribute, position among these and factor to SI of each unknown of the noise of a channel."""
-        return [entry for entry in self._of_channels.get(channel.name, ()) if entry[0] != "bias"]
+        return [entry for entry in self._of_channels.get(channel.name, ()) if entry[0] not in ON_READINGS]
