@@ -213,4 +213,6 @@ def _moved(rows: slice, first: int) -> slice:
 
 def _of_body(problem) -> set[str]:
     """The nuisance parameters of the body that a problem infers; not every trial has every instrument."""
-    return {name for name in problem.names if of_boat(name, problem.vehicle) and not of_instrument(name, problem.vehicle)}
+    return {
+        name for name in problem.names if of_boat(name, problem.vehicle) and not of_instrument(name, problem.vehicle)
+    }

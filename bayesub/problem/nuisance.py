@@ -12,7 +12,7 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
   goes with the mass, and the buoyancy goes with the weight, so that the trim stays; ``buoyancy_n`` changes the trim,
   and so does ``weighed_mass_kg``, the mass with its weight alone
 - ``volume_cm3``, ``compressibility_per_bar``: of a hull whose buoyancy follows the water, ``[displacement]``
-- ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
+- ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional; ``scale_propeller``: of all of it, and of the torque
 - ``bias_rudder_deg``, ``scale_rudder``, ``bias_fin_1_deg``, ..: of an actuator, by its name, which acts with
   ``scale * value + bias`` where the log has `value`. The scale of a propeller is that of its thrust and torque.
 - ``delay_rudder_s``, ..: how much later it acts than the log has the value; ``lag_rudder_s``, ..: with which it follows
@@ -49,6 +49,7 @@ BODY |= {f"{key}_{_UNITS[key[0]]}": {key: 1.0} for key in workspace.BODY if key[
 BODY |= {key: {key: 1.0} for key in workspace.THRUST}
 BODY["weighed_mass_kg"] = {"mass": 1.0, "weight": GRAVITY_MPS2}
 OF_HULL = ("volume_cm3", "compressibility_per_bar")
+PROPELLER = "scale_propeller"
 CM3 = 1e-6  # m^3
 
 
@@ -117,6 +118,8 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return _of_hull(name, vehicle, manoeuvre)
     if name in vehicle.actuators.parameters:
         return _of_actuator(name, vehicle, manoeuvre)
+    if name == PROPELLER:
+        return _of_propeller(vehicle, manoeuvre)
     if name in CURRENTS:
         if not any(channel.over_ground for channel in channels):
             raise _refused(name, "no channel is over the ground, so that none feels a current")
@@ -127,7 +130,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return Nuisance(name, mounts[name].value, mount=mounts[name])
     of_channels = _of_channels(channels, noises)
     if name not in of_channels:
-        valid = [*BODY, *OF_HULL, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels, *mounts]
+        valid = [*BODY, *OF_HULL, PROPELLER, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels, *mounts]
         raise _refused(name, f"there is no such parameter{nearest(name, valid)}", "unknown")
     return of_channels[name]
 
@@ -138,13 +141,14 @@ def _refused(name: str, reason: str, kind: str = "conflict") -> InputError:
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
     """Whether all trials share a nuisance parameter: of the boat, the process that disturbs it, a place or a scale."""
-    of_hull = name in BODY or name in OF_HULL or name in vehicle.actuators.parameters
+    of_hull = name in BODY or name in OF_HULL or name == PROPELLER or name in vehicle.actuators.parameters
     return of_hull or of_process(name) or of_instrument(name, vehicle)
 
 
 def of_instrument(name: str, vehicle: Vehicle) -> bool:
     """Whether a parameter is a place or a scale, which an instrument has in every trial in which it reads."""
-    return mounting.of_place(name) or (name.startswith("scale_") and name not in vehicle.actuators.parameters)
+    of_body = {PROPELLER, *vehicle.actuators.parameters}
+    return mounting.of_place(name) or (name.startswith("scale_") and name not in of_body)
 
 
 def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
@@ -166,6 +170,17 @@ def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     if compressibility == 0.0:
         raise _refused(name, "displacement.compressibility_per_bar is zero; give a value to begin with", "value")
     return Nuisance(name, compressibility, motion={f"scale_{COMPRESSIBILITY}": 1.0 / compressibility})
+
+
+def _of_propeller(vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
+    """The scale of thrust and torque of [propulsion]."""
+    idle = vehicle.idle(manoeuvre.subproblem)
+    parts = {key: float(vehicle.body[workspace.BODY.index(key)]) for key in (*workspace.THRUST, "Kn1", "Kn2")}
+    unit = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
+    parts = {key: value / (unit if key in workspace.THRUST else 1.0) for key, value in parts.items() if value}
+    if not parts.keys() - idle:
+        raise _refused(PROPELLER, "the vehicle has no [propulsion] that follows the rpm")
+    return Nuisance(PROPELLER, 1.0, motion={key: value for key, value in parts.items() if key not in idle})
 
 
 def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:

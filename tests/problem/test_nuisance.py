@@ -256,3 +256,18 @@ def test_scale_of_a_sensor_is_that_of_all_trials(problem, full, coupled):
     options = {"prior": problem.spread, "dt": 0.25, "nuisance": {"scale_u_ground": normal(1.0, 0.01)}}
     one = bs.Problem(full, coupled, problem.record, free=["Xuu"], **options)
     assert bs.JointProblem({"first": one, "second": one}).names == ("Xuu", "scale_u_ground")
+
+
+def test_scale_of_the_propeller_is_that_of_its_thrust(auv):
+    """Where thrust follows the square of the rpm, 1.21 times the thrust is a log whose rpm is 1.1 times as high."""
+    turn = bs.load_manoeuvre("turning_circle", auv)
+    faster = replace(turn, rpm=lambda t: 1.1 * turn.rpm(t))
+    record = bs.observe(bs.simulate(auv, faster, dt=0.1), bs.sensors.DVL(sd_mps=0.01, interval_s=2.0), None)
+    options = {"free": ["Xuu"], "prior": bs.priors.relative_normal(0.2), "dt": 0.1}
+    problem = bs.Problem(auv, turn, record, nuisance={"scale_propeller": normal(1.0, 0.1)}, **options)
+    scaled = np.array([auv.xi[auv.equations.index["Xuu"]], 1.1**2])
+    np.testing.assert_allclose(problem.predicted(scaled)[0], record.values, rtol=1e-11, atol=1e-12)
+    steps = 1e-4 * np.array([[-2.0], [-1.0], [1.0], [2.0]]) * [0.0, 1.0]
+    ends = problem.residuals(scaled + steps)
+    difference = (8 * (ends[2] - ends[1]) - (ends[3] - ends[0])) / 1.2e-3
+    np.testing.assert_allclose(problem.jacobian(scaled)[:, 1], difference, atol=1e-8 * np.abs(difference).max())
