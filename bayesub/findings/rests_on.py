@@ -1,8 +1,8 @@
 """What an answer rests on: how far the coefficients move with scales, zeros and clocks that the study holds.
 
-With the prior as readings of its own (coordinates t, standard normal), residuals e and their Jacobian A, a fault f that the
-log has and the model has not is taken for ``(A'A)^-1 A'F f`` of the parameters, to first order. What that leaves of F,
-``G = F - A (A'A)^-1 A'F``, is all that the log tells of f: ``-G'e / G'G``, to ``1 / |G|`` (the score test of Rao 1948).
+With the prior as readings of its own (coordinates t, standard normal), residuals e and their Jacobian A, a fault f that
+the log has and the model has not is taken for ``(A'A)^-1 A'F f`` of the parameters, to first order. What that leaves of
+F, ``G = F - A (A'A)^-1 A'F``, is all that the log tells of f: ``-G'e / G'G``, to ``1 / |G|`` (score test of Rao 1948).
 """
 
 from collections.abc import Sequence
@@ -39,10 +39,10 @@ def numbers(problem: AnyProblem, best: np.ndarray, mean: np.ndarray, sd: np.ndar
 
     `best` (n_params,): where it is linearised; `mean`, `sd` (n_coefficients,): of the posterior.
 
-    Returns for each: "name" of the nuisance parameter, "held" and "size" in its unit; "told", the value that the log tells, "told_to",
-    its standard deviation, and "off", by how many of these it is from where it is held, or None; and "moves", rows of
-    "name", "change", "relative" and "sds" of coefficients for that size. Of simulated trials, whose sensors are as they
-    are said to be, there are none.
+    Returns for each: "name" of the nuisance parameter, "held" and "size" in its unit; "told", the value that the log
+    tells, "told_to", its standard deviation, and "off", by how many of these it is from where it is held, or None; and
+    "moves", rows of "name", "change", "relative" and "sds" of coefficients for that size. Of simulated trials, whose
+    sensors are as they are said to be, there are none.
     """
     trials = [(trial, values) for _, trial, values in problem.each_trial(best)]
     if any(trial.record.truth is not None for trial, _ in trials):

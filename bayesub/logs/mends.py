@@ -93,7 +93,12 @@ def _units(data, headers) -> Iterator[Mend]:
         present = tuple(name for name in group if name in data)
         if not present:
             continue
-        for words, unit, factor in (("knots", "kn", KNOT), ("km/h", "", 1.0 / 3.6), ("ft/s", "", FOOT), ("cm/s", "", 0.01)):
+        for words, unit, factor in (
+            ("knots", "kn", KNOT),
+            ("km/h", "", 1.0 / 3.6),
+            ("ft/s", "", FOOT),
+            ("cm/s", "", 0.01),
+        ):
             better = ", ".join(headers[name].replace("_mps", f"_{unit}") for name in present)
             remedy = f"rename {_it(present)} {better}" if unit else f"multiply {_it(present)} by {factor:.4g}"
             yield Mend("unit", present, f"in {words}", remedy, _scale(present, factor))

@@ -351,10 +351,9 @@ class ForwardModel:
             late = self.measurement.time_slopes(rates, outputs, water, by_time, arms)
             self.mounting.add_by_clock(by_nuisances, self.measurement, late)
         slopes = self._scaled(np.hstack([slopes[:, : len(names)], by_nuisances]), values)
-        unscaled = self.measurement.of(outputs[None], water, arms) if self._scales else None
         for channel, k, _ in self._scales:
             part = self.measurement.slices[channel]
-            slopes[part, len(names) + k] += unscaled[0, part]
+            slopes[part, len(names) + k] += self.measurement.of(outputs[None], water, arms)[0, part]
         for channel, k, factor in self._biases:
             slopes[self.measurement.slices[channel], len(names) + k] += factor
         return slopes
