@@ -15,7 +15,8 @@ from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
 from bayesub.sensors.velocity import TURNING
 
 TURN = 2.0 * np.pi
-_RUN, _DISTINCT = 20, 10  # readings in a row that no two trials have alike, and different values among them at least
+_RUN, _DISTINCT = 10, 5  # readings in a row that no two trials have alike, and different values among them at least
+_SHARED = 0.25  # of such runs; without noise two trials may begin alike
 _SLACK = 0.05  # turns by which noise may push a heading beyond the ends of the turn to which a log confines it
 
 
@@ -147,9 +148,11 @@ class Record:
         return np.repeat([c.total_sd for c in self.channels], [len(c.times) for c in self.channels])
 
     def shared_with(self, other: "Record") -> list[str]:
-        """Names of the channels that have a run of readings in common with those of another record."""
+        """Names of the channels of both records, if each that changes has a quarter of its readings in common."""
         others = {channel.name: channel.values.tobytes() for channel in other.channels}
-        return [c.name for c in self.channels if any(run in others.get(c.name, b"") for run in _runs(c.values))]
+        runs = {c.name: list(_runs(c.values)) for c in self.channels if c.name in others}
+        shares = {name: np.mean([run in others[name] for run in found]) for name, found in runs.items() if found}
+        return list(shares) if min(shares.values(), default=0.0) > _SHARED else []
 
     def of_readings(self, chosen: Iterable[slice | np.ndarray]) -> "Record":
         """The record with some readings of each channel: slices, or masks (n,)."""
