@@ -160,7 +160,7 @@ def _heavy(rows) -> str:
 
 def _remedy(row) -> str:
     if row["name"] == ALL_CLOCKS:
-        return f"the trial {ALL_CLOCKS}, or the clock of each instrument a prior in [nuisance]"
+        return f"the trial {ALL_CLOCKS}, or each clock a prior in [nuisance] (a delay of all controls looks the same)"
     far = abs(row["off"] or 0.0) >= CONTRADICTED
     sd = max(row["size"], _WIDER * abs(row["told"] - row["held"])) if far else row["size"]
     return f"it a prior in [nuisance], such as {row['name']} = {{ mean = {row['held']:g}, sd = {sd:.2g} }}"

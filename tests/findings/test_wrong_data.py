@@ -4,8 +4,10 @@ Of a wrong scale, clock, size of noise or control the name comes out, and how fa
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import bayesub as bs
@@ -13,6 +15,8 @@ from bayesub.findings import remedies, rests_on
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.fit import criticise
 from bayesub.problem.priors import normal, relative_normal
+from bayesub.study.run.run import run
+from bayesub.study.schema.study_file import load_study
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Yuu_dr", "Nuu_dr")
 SENSORS = (
@@ -155,3 +159,34 @@ def test_a_control_that_steps_between_its_rows_is_named(auv, flown, rng):
         residuals = problem.quantile_residuals(fit.values[None], rng)
         words = remedies.on_steps(problem, residuals)
         assert ("rudder_command_deg" in words) == named
+
+
+OWN_LOG = Path(__file__).parents[2] / "studies" / "own_log.toml"
+
+
+def with_late_readings(log):
+    """Readings a second, ten rows, later than the controls."""
+    readings = log.columns.difference(["time_s", "rudder_deg", "bow_plane_deg", "stern_plane_deg", "rpm"])
+    return log.assign(**{name: log[name].shift(10) for name in readings})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("change", "topic", "words"),
+    [
+        (lambda log: log, "", ""),
+        (lambda log: log.assign(u_ground_mps=1.03 * log.u_ground_mps), "contradiction", "scale_u_ground were 1.03"),
+        (lambda log: log.assign(rpm=1.1 * log.rpm), "contradiction", "scale_propeller were 0."),
+        (lambda log: log.assign(rudder_deg=1.2 * log.rudder_deg), "rests_on", "of scale_rudder is"),
+        (with_late_readings, "contradiction", "clock_offset_s were "),
+    ],
+)
+def test_what_the_sampled_posterior_of_the_own_log_says(tmp_path, change, topic, words):
+    """The study of the manual with one thing changed in its log; of the log itself nothing is contradicted."""
+    (tmp_path / "trial").mkdir()
+    change(pd.read_csv(OWN_LOG.parent / "trial" / "trial.csv")).to_csv(tmp_path / "trial" / "trial.csv", index=False)
+    (tmp_path / "own_log.toml").write_text(OWN_LOG.read_text())
+    said = run(load_study(tmp_path / "own_log.toml", quick=True), tmp_path / "run").sentences
+    assert words in said.get(topic, "")
+    assert ("contradiction" in said) == (topic == "contradiction")
+    assert "of scale_propeller is 5 % of Xuu" in said["rests_on"]
