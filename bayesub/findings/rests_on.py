@@ -19,12 +19,7 @@ from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.nuisance import PROPELLER, Nuisance, find
 from bayesub.problem.trial_problem import TrialProblem
 
-SCALE, OF_ACTUATOR, CLOCK_S, ZERO_DEG = (
-    0.01,
-    0.05,
-    0.1,
-    1.0,
-)  # how far off each may well be; a zero of a sensor by its sd
+SIZES = {"scale": 0.01, "actuator": 0.05, "clock": 0.1, "zero": 1.0}  # s, deg; how far off each may well be
 ALL_CLOCKS = "clock_offset_s"  # of all readings together, the key of a trial
 LISTED, QUOTED = 3, 6  # coefficients of a fault, and faults in the sentence
 WORTH = 1.0  # standard deviations, from which a sentence speaks of a change
@@ -72,18 +67,16 @@ def _moved(problem, best, jacobian, columns, sizes, mean, sd) -> list[dict]:
     rest = effects - matrix @ answers
     scores = -rest.T @ np.concatenate([problem.residuals(best[None])[0], t])
     changes = (problem.prior.chain(np.eye(n), t) @ answers)[: problem.n_coefficients].T
-    rows = []
-    lengths = np.linalg.norm(rest, axis=0).tolist()
-    for (name, (size, held)), change, length, score in zip(
-        sizes.items(), changes, lengths, scores.tolist(), strict=True
-    ):
-        told = dict.fromkeys(("told", "told_to", "off"))
+    lengths, rows = np.linalg.norm(rest, axis=0), []
+    for k, (name, (size, held)) in enumerate(sizes.items()):
+        change, length, off = changes[k], float(lengths[k]), float(scores[k] / max(lengths[k], _NOTHING))
+        told: dict[str, float | None] = dict.fromkeys(("told", "told_to", "off"))
         if length > _NOTHING:
-            told = {"told": held + size * score / length**2, "told_to": size / length, "off": score / length}
+            told = {"told": held + size * off / length, "told_to": size / length, "off": off}
         moves = [
-            {"name": problem.names[k], "change": change[k].item(), "relative": (change[k] / abs(mean[k])).item()}
-            | {"sds": (change[k] / sd[k]).item()}
-            for k in np.argsort(-np.abs(change / sd), kind="stable")[:LISTED]
+            {"name": problem.names[j], "change": float(change[j]), "relative": float(change[j] / abs(mean[j]))}
+            | {"sds": float(change[j] / sd[j])}
+            for j in np.argsort(-np.abs(change / sd), kind="stable")[:LISTED]
         ]
         rows.append({"name": name, "held": held, "size": size, **told, "moves": moves})
     return sorted(rows, key=lambda row: -abs(row["moves"][0]["sds"]))
@@ -111,14 +104,11 @@ def _with(trial: TrialProblem, faults: Sequence[Nuisance]) -> TrialProblem:
 
 
 def _size(fault: Nuisance, trial: TrialProblem) -> float:
-    """How far off a fault may well be, in its unit."""
-    if fault.mount is not None:
-        return CLOCK_S
+    """How far off a fault may well be, in its unit; a zero of a sensor by its noise."""
     if fault.attribute == "bias":
         return float(trial.channels[fault.channel][0].total_sd / fault.factor)
-    if fault.attribute == "scale":
-        return SCALE
-    return OF_ACTUATOR if fault.name.startswith("scale_") else ZERO_DEG
+    of_actuator = "actuator" if fault.name.startswith("scale_") else "zero"
+    return SIZES["clock" if fault.mount is not None else fault.attribute or of_actuator]
 
 
 def sentences(rows: Sequence[dict]) -> dict[str, str]:
@@ -132,13 +122,13 @@ def _contradiction(rows) -> str:
     if not told or abs(told[0]["off"]) < CONTRADICTED:
         return ""
     least = told[0]["off"] ** 2 - 2.0 * _NEARLY
-    texts = [
+    likely = ", or ".join(
         f"{row['name']} were {rounded(row['told'], row['told_to'])} ± {row['told_to']:.2g} and not {row['held']:g} "
         f"({abs(row['off']):.2g} standard deviations)"
         for row in told
         if row["off"] ** 2 >= least
-    ]
-    return f"The log reads as if {', or '.join(texts)}. Mend the column, or give {_remedy(told[0])}."
+    )
+    return f"The log reads as if {likely}. Mend the column, or give {_remedy(told[0])}."
 
 
 def _heavy(rows) -> str:
