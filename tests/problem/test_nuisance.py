@@ -258,8 +258,9 @@ def test_scale_of_a_sensor_is_that_of_all_trials(problem, full, coupled):
     assert bs.JointProblem({"first": one, "second": one}).names == ("Xuu", "scale_u_ground")
 
 
-def test_scale_of_the_propeller_is_that_of_its_thrust(auv):
+def test_scale_of_the_propeller_is_that_of_its_thrust():
     """Where thrust follows the square of the rpm, 1.21 times the thrust is a log whose rpm is 1.1 times as high."""
+    auv = bs.load_vehicle("auv690")
     turn = bs.load_manoeuvre("turning_circle", auv)
     faster = replace(turn, rpm=lambda t: 1.1 * turn.rpm(t))
     record = bs.observe(bs.simulate(auv, faster, dt=0.1), bs.sensors.DVL(sd_mps=0.01, interval_s=2.0), None)
