@@ -262,7 +262,7 @@ def test_scale_of_the_propeller_is_that_of_its_thrust():
     """Where thrust follows the square of the rpm, 1.21 times the thrust is a log whose rpm is 1.1 times as high."""
     auv = bs.load_vehicle("auv690")
     turn = bs.load_manoeuvre("turning_circle", auv)
-    faster = replace(turn, rpm=lambda t: 1.1 * turn.rpm(t))
+    faster = replace(turn, rpm=1.1 * turn.rpm)
     record = bs.observe(bs.simulate(auv, faster, dt=0.1), bs.sensors.DVL(sd_mps=0.01, interval_s=2.0), None)
     options = {"free": ["Xuu"], "prior": bs.priors.relative_normal(0.2), "dt": 0.1}
     problem = bs.Problem(auv, turn, record, nuisance={"scale_propeller": normal(1.0, 0.1)}, **options)
