@@ -81,7 +81,8 @@ def sentences(numbers: dict) -> dict[str, str]:
 
 
 _REMEDY = (
-    " A right prior is called so in one study of a hundred: look for a wrong sign or unit, give the coefficient a prior"
+    " A right prior is called so in one study of a hundred: look for a wrong sign or unit, the scale or"
+    " clock of a sensor, the scale of a rudder or of the rpm; give the coefficient a prior"
     ' of its own in [prior.given], or all a scale that the data inform (kind = "relative_hierarchical").'
 )
 

@@ -3,11 +3,12 @@
 Of correlated residuals there are explanations, and lines that let a run infer what explains them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
+from scipy import special
 
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
@@ -15,6 +16,7 @@ from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected
 from bayesub.inference.sampling.sampler import SMOOTH
 from bayesub.io.words import listed
 from bayesub.logs import log_files
+from bayesub.model.actuators import command_column
 from bayesub.problem import likelihoods
 from bayesub.problem.alternatives import LeftOut
 from bayesub.problem.nuisance import CURRENTS
@@ -29,12 +31,14 @@ _NAMES = {
     "disturbance": "unmodelled forces",
     "slow noise": "slow sensors",
 }
+_STEP = 0.15  # of its range, by which a control steps from one row to the next
+_AFTER, _MOST, _CHANCE = 3.0, 0.8, 1e-3  # readings after a step; share of outliers there, and chance of so many
 _LISTED = 6  # channels in a sentence
 
 
 def explain(problem: AnyProblem, criticism: Criticism, parameters: np.ndarray) -> list[Discrepancy]:
     """Why the residuals of a problem are correlated at parameters (n_params,), best first; empty if they are not."""
-    if not any("correlated" in check.faults for check in criticism.suspects.values()):
+    if not any(check.faults[0] == "correlated" for check in criticism.suspects.values()):
         return []
     smooth = problem.smoothed(SMOOTH)
     return find_discrepancies(LeftOut(smooth), smooth.prior.standard(parameters))
@@ -62,6 +66,35 @@ def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Discre
         details = []
     details += [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
     return f"{conclusion} ({chance}). {' '.join(details)}"
+
+
+def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
+    """The control that steps between its rows where it has most outliers after it, in words; empty if none has.
+
+    `residuals`: channel -> (n_draws, n) quantile residuals. A log has no more than a straight line between two rows.
+    """
+    best, words = _CHANCE, ""
+    for trial_name, trial, _ in problem.each_trial(problem.prior.mean):
+        manoeuvre, trials = trial.manoeuvre, f"[{trial_name}]" if trial_name else ""
+        ordered = {manoeuvre.logged(name) for name in manoeuvre.commanded}
+        for name, history in manoeuvre.log.items() if trial.record.truth is None else ():
+            moves = np.abs(np.diff(history))
+            steps = (moves > _STEP * np.ptp(history)) & (name not in ordered)
+            begin, end = manoeuvre.times[:-1][steps], manoeuvre.times[1:][steps]
+            for channel in trial.record.channels if steps.any() else ():
+                far = np.abs(residuals.get(f"{channel.name}{trials}", np.zeros((1, 1)))) > OUTLIER
+                k = np.searchsorted(begin, channel.times, side="right") - 1
+                after = (k >= 0) & (channel.times <= end[k] + _AFTER * float(np.median(np.diff(channel.times))))
+                n, m = np.mean(far.sum(axis=1)), np.mean((far & after).sum(axis=1))
+                if m < _MOST * n or (chance := float(special.bdtrc(m - 1.0, round(n), after.mean()))) >= best:
+                    continue
+                best, column = chance, log_files.HEADERS.get(name, name)
+                words = (
+                    f"{m:.0f} of {n:.0f} outliers of {channel.name}{trials} follow a step of {column} from one row to "
+                )
+                order = f"the command ({command_column(column)}), or " if "_" in column else ""
+                words += f"the next, which are joined by a straight line; log {order}the control more often."
+    return words
 
 
 def _neighbours(checks):
@@ -96,9 +129,14 @@ def _outliers(checks, problem):
 
 
 def _wrong_sd(side, remedy, checks, problem):
-    sizes = _listed({name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()})
     noise = _noise("unknown_sd", checks, problem)
-    return f"Residuals {side} their noise: {sizes}; {remedy} the sd, or give {noise}."
+    return f"Standard deviations too {side}: {_sizes(checks)}; {remedy} the sd, or give {noise}."
+
+
+def _sizes(checks) -> str:
+    """How large the residuals of channels are beside their noise."""
+    sizes = {name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()}
+    return f"size of residuals over that of their noise {_listed(sizes)}"
 
 
 def _shape(checks, problem):
@@ -111,8 +149,8 @@ def _shape(checks, problem):
 _SENTENCES: dict[str, Callable] = {
     "correlated": _correlated,
     "outliers": _outliers,
-    "large": partial(_wrong_sd, "over", "raise"),
-    "small": partial(_wrong_sd, "under", "lower"),
+    "large": partial(_wrong_sd, "small", "raise"),
+    "small": partial(_wrong_sd, "large", "lower"),
     "shape": _shape,
 }
 
@@ -243,6 +281,7 @@ class ModeFit:
     channel: str = ""  # the worst channel; empty if no channel has residuals
     # What is wrong and what to try, by topic as in a report; empty if nothing is
     sentences: dict[str, str] = field(default_factory=dict)
+    small_sd: str = ""  # why the sd of the worst channel may be all that is wrong; empty if it is not
 
     def to_json(self) -> dict:
         """Everything as JSON types."""
@@ -264,6 +303,12 @@ def fit_of_mode(problem: AnyProblem, mode: np.ndarray, rng: np.random.Generator)
         return ModeFit(worst.spread, channel)
     reasons = explain(problem, criticism, mode)
     sentences = {"fit_of_the_mode": advise(criticism, problem, reasons)}
+    if steps := on_steps(problem, residuals):
+        sentences["steps"] = steps
     if reasons:
         sentences["lines_to_add"] = lines_to_add(reasons[0], problem)
-    return ModeFit(worst.spread, channel, sentences)
+    small = [name for name, check in criticism.suspects.items() if check.faults[0] == "large"]
+    reason = ""
+    if channel in small:  # its residuals are as independent as noise
+        reason = f"the sd of {', '.join(small)} is too small: the residuals are independent of each other"
+    return ModeFit(worst.spread, channel, sentences, reason)

@@ -152,6 +152,8 @@ def numbers_of(results: Results) -> dict:
     numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials)) | {
         "fit": remedies.advise(results.criticism, results.problem, reasons)
     }
+    if not results.criticism.fits and (steps := remedies.on_steps(results.problem, results.residuals)):
+        numbers["verdict"]["steps"] = steps
     if reasons:
         numbers["verdict"]["lines_to_add"] = remedies.lines_to_add(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.findings import conflicts, set_up, zeros
+from bayesub.findings import conflicts, rests_on, set_up, zeros
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
@@ -81,6 +81,7 @@ def collect(
         "zeros": zeros.together(summary.names, np.atleast_2d(np.cov(summary.draws.T)), problem.vehicle),
         "advice": zeros.advice(problem),
         "conflict": conflicts.numbers(problem, summary),
+        "rests_on": rests_on.numbers(problem, posterior.best, summary.mean[:n], summary.sd[:n]),
     }
 
 
@@ -208,7 +209,8 @@ def _baseline(problem, estimate) -> dict:
 
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
-    result = _answer(numbers) | conflicts.sentences(numbers) | _knowledge(numbers)
+    result = _answer(numbers) | conflicts.sentences(numbers) | rests_on.sentences(numbers["rests_on"])
+    result |= _knowledge(numbers)
     if text := conflicts.sensitivity_sentence(numbers["parameters"]):
         result["prior"] = text
     result |= _directions(numbers) | _strong_trade_offs(numbers)

@@ -10,7 +10,7 @@ from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.discrepancy import inner_products
 from bayesub.io.errors import InputError
-from bayesub.io.units import DEGREE, KNOT, TURN
+from bayesub.io.units import DEGREE, FOOT, KNOT, TURN
 from bayesub.logs.log_files import HEADERS
 from bayesub.logs.mends import PAIRS
 from bayesub.problem.alternatives import Alternatives
@@ -19,7 +19,7 @@ FACTORS = {
     "of the other sign": (-1.0, "multiply it by -1"),
     "in knots": (KNOT, "rename it to _kn"),
     "in km/h": (1.0 / 3.6, "multiply it by 0.2778"),
-    "in feet": (0.3048, "multiply it by 0.3048"),
+    "in feet": (FOOT, f"multiply it by {FOOT:.4g}"),
     "in radians": (1.0 / DEGREE, "rename it to _rad"),
     "in degrees": (DEGREE, "rename it to _deg"),
 }

@@ -8,12 +8,13 @@ GRAVITY = 9.81  # m/s^2
 TURN = 2.0 * math.pi  # rad
 DEGREE = math.pi / 180.0  # rad
 KNOT = 1852.0 / 3600.0  # m/s
+FOOT = 0.3048  # m
 
 # Quantity -> unit -> SI units in one of it. Upper and lower case matter only where both are units: kn, kN.
 QUANTITIES = {
     "angle": {"rad": 1.0, "mrad": 1e-3, "deg": DEGREE, "cdeg": 1e-2 * DEGREE, "degE7": 1e-7 * DEGREE},
-    "length": {"m": 1.0, "km": 1e3, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048, "in": 0.0254, "nmi": 1852.0},
-    "speed": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "km/h": 1 / 3.6, "kn": KNOT, "ft/s": 0.3048},
+    "length": {"m": 1.0, "km": 1e3, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "ft": FOOT, "in": 0.0254, "nmi": 1852.0},
+    "speed": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "km/h": 1 / 3.6, "kn": KNOT, "ft/s": FOOT},
     "rate": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": DEGREE, "cdeg/s": 1e-2 * DEGREE, "deg/h": DEGREE / 3600},
     "acceleration": {"m/s2": 1.0, "cm/s2": 1e-2, "g": 9.80665, "mg": 9.80665e-3},
     "angular acceleration": {"rad/s2": 1.0, "deg/s2": DEGREE},

@@ -112,23 +112,28 @@ def _best_mend(data: Data, headers: dict[str, str], memory: _Memory) -> tuple[Me
     """
     before, candidates = _misfits(data, memory), []
     for mend in mends(data, headers):
-        gain, evidence = _gain(before, _misfits(mend.change(data), memory))
+        changed = mend.change(data)
+        mended = {name for name, one in changed.items() if one is not data.get(name)}
+        gain, evidence = _gain(before, _misfits(changed, memory), mended)
         if gain > np.log(BETTER) * TIE and evidence is not None:
             candidates.append((gain, mend, evidence))
     if not candidates:
         return None
     most = max(gain for gain, *_ in candidates)
-    equals = [(mend, evidence) for gain, mend, evidence in candidates if gain * TIE >= most]
-    changed = ((pair, pair[0].change(data)) for pair in equals)
-    answered = (pair for pair, one in changed if not _check_signs_of_controls(one, _all_headers(headers, one)))
-    mend, evidence = next(answered, equals[0])
+    equals = [one for one in candidates if one[0] * TIE >= most]
+    results = ((one, one[1].change(data)) for one in equals)
+    answered = (one for one, log in results if not _check_signs_of_controls(log, _all_headers(headers, log)))
+    _, first, _ = next(answered, equals[0])
+    # Of units of the same columns, such as km/h and ft/s, it is the one that fits.
+    alike = [one for one in equals if one[1] is first or (one[1].names, one[1].kind) == (first.names, "unit")]
+    _, mend, evidence = max(alike, key=lambda one: one[0])
     return mend, f"{mend.message}: {evidence}"
 
 
 def _gain(
-    before: dict[str, tuple[Relation, Misfits]], after: dict[str, tuple[Relation, Misfits]]
+    before: dict[str, tuple[Relation, Misfits]], after: dict[str, tuple[Relation, Misfits]], mended: set[str]
 ) -> tuple[float, str | None]:
-    """By how much the logarithms of the shares fall together, and the relation that shows it best in words."""
+    """By how much the logarithms of the shares fall together, and the relation of mended columns that shows it best."""
     largest, evidence = 0.0, None
     gone = [misfits for words, (_, misfits) in before.items() if words not in after]
     gain = 0.0 + sum(_log(min(misfit.share for misfit in misfits)) for misfits in gone)
@@ -138,7 +143,8 @@ def _gain(
         share, was = misfits[k].share, old[k].share if k < len(old) else 1.0
         part = _log(was) - _log(share)
         gain += part
-        if part > largest and was > AGREES and share < EXPLAINED:
+        shows = mended & {*relation.targets, *relation.needed, *relation.optional}
+        if part > largest and was > AGREES and share < EXPLAINED and shows:
             compared = (old or next(iter(gone), ()))[k : k + 1]
             factor, unit = (180.0 / np.pi, "deg/s") if relation.rotation else (1.0, "m/s")
             as_named = "".join(f", as named by {factor * misfit.rms:.2g}" for misfit in compared)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.units import DEGREE, KNOT, TURN
+from bayesub.io.units import DEGREE, FOOT, KNOT, TURN
 from bayesub.logs.series import Series
 
 # Columns whose names may be exchanged.
@@ -93,10 +93,19 @@ def _units(data, headers) -> Iterator[Mend]:
         present = tuple(name for name in group if name in data)
         if not present:
             continue
-        for words, unit, factor in (("knots", "kn", KNOT), ("km/h", "", 1.0 / 3.6), ("cm/s", "", 0.01)):
+        for words, unit, factor in (
+            ("knots", "kn", KNOT),
+            ("km/h", "", 1.0 / 3.6),
+            ("ft/s", "", FOOT),
+            ("cm/s", "", 0.01),
+        ):
             better = ", ".join(headers[name].replace("_mps", f"_{unit}") for name in present)
             remedy = f"rename {_it(present)} {better}" if unit else f"multiply {_it(present)} by {factor:.4g}"
             yield Mend("unit", present, f"in {words}", remedy, _scale(present, factor))
+    for group in (["x", "y"], ["z"], ["depth"]):
+        if all(name in data for name in group):
+            remedy = f"multiply {_it(group)} by {FOOT:.4g}"
+            yield Mend("unit", tuple(group), "in feet", remedy, _scale(group, FOOT))
     for words, factor in (("ms", 1e-3), ("minutes", 60.0)):
         remedy = f"multiply it by {factor:g}"
 

@@ -18,6 +18,7 @@ from bayesub.model.linear_form import LinearSystem
 from bayesub.problem.distributions import WHITE, Prior, joined
 from bayesub.problem.disturbances import of_history, of_process
 from bayesub.problem.likelihoods import Normal
+from bayesub.problem.nuisance import ON_READINGS
 from bayesub.sensors.record import Record
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class Viewed:
         """
 
         def change(trial):
-            still = {p.name for p in trial.forward.nuisances.parameters if p.channel and p.attribute != "bias"}
+            still = {p.name for p in trial.forward.nuisances.parameters if p.channel and p.attribute not in ON_READINGS}
             left = [n for n in trial.nuisance_priors if not (n in still or of_history(n) or of_process(n))]
             return _plain(trial, {name: trial.nuisance_priors[name] for name in left})
 

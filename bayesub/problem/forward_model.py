@@ -18,7 +18,7 @@ from bayesub.model.vehicles import Vehicle
 from bayesub.problem.base import Costs
 from bayesub.problem.disturbances import Disturbances
 from bayesub.problem.mounting import Mounting
-from bayesub.problem.nuisance import CURRENTS, Nuisance, Nuisances
+from bayesub.problem.nuisance import CURRENTS, ON_READINGS, Nuisance, Nuisances
 from bayesub.sensors.current import Water, over_ground
 from bayesub.sensors.measurement import Arms, MeasurementModel
 from bayesub.sensors.record import Record
@@ -227,6 +227,7 @@ class ForwardModel:
         clocks, moved = self.mounting.clocks, self.mounting.moved
         self.measurement = MeasurementModel(record.channels, current=current, clocks=clocks, moved=moved)
         self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
+        self._biases, self._scales = (self.nuisances.on_readings(of, record.channels) for of in ON_READINGS)
         self.disturbances: Any = disturbances
         self._histories = slice(0, 0)
         knots = None
@@ -305,7 +306,9 @@ class ForwardModel:
         """(n_batch, n_readings) of outputs (n_batch, n_times, n_measured) in the water, at own times or None."""
         water, arms = self.currents.water(values, times, history), self.mounting.arms(values)
         predicted = self.measurement.of(outputs, water, arms)
-        for channel, k, factor in self.nuisances.biases(self.record.channels):
+        for channel, k, _ in self._scales:
+            predicted[:, self.measurement.slices[channel]] *= values[:, k : k + 1]
+        for channel, k, factor in self._biases:
             predicted[:, self.measurement.slices[channel]] += factor * values[:, k : k + 1]
         return predicted
 
@@ -329,13 +332,13 @@ class ForwardModel:
         water = currents.water(values, times)
         water = None if water is None else water.member(0)
         arms = {instrument: arm for instrument, (arm,) in self.mounting.arms(values).items()}
-        moving = water is not None or self.measurement.displaced or times is not None
+        moving = water is not None or self.measurement.displaced or times is not None or self._scales
         outputs: Any = self._readings.outputs(sets, times, given)[0][0] if moving else None  # given where it is needed
         with self.costs.timed():
             sensitivities = self._readings.sensitivities(sets, times, given, (*names, *moved))
         slopes = self.measurement.slopes(sensitivities, outputs, water, arms)
         if not of_nuisances or not len(self.nuisances):
-            return slopes
+            return self._scaled(slopes, values)
         at: Any = None if times is None else times[0]
         by_nuisances = currents.slopes(self.measurement, outputs, values, at, water, arms)
         if moved:
@@ -347,9 +350,19 @@ class ForwardModel:
             rates, by_time = self._readings.rates(sets, times, given), currents.rates(values, at)
             late = self.measurement.time_slopes(rates, outputs, water, by_time, arms)
             self.mounting.add_by_clock(by_nuisances, self.measurement, late)
-        for channel, k, factor in self.nuisances.biases(self.record.channels):
-            by_nuisances[self.measurement.slices[channel], k] += factor
-        return np.hstack([slopes[:, : len(names)], by_nuisances])
+        slopes = self._scaled(np.hstack([slopes[:, : len(names)], by_nuisances]), values)
+        for channel, k, _ in self._scales:
+            part = self.measurement.slices[channel]
+            slopes[part, len(names) + k] += self.measurement.of(outputs[None], water, arms)[0, part]
+        for channel, k, factor in self._biases:
+            slopes[self.measurement.slices[channel], len(names) + k] += factor
+        return slopes
+
+    def _scaled(self, slopes, values):
+        """Slopes (n_readings, n) of unscaled readings, made those of the readings of values (1, n_nuisances)."""
+        for channel, k, _ in self._scales:
+            slopes[self.measurement.slices[channel]] *= values[0, k]
+        return slopes
 
     def _on_motion(self, values):
         """What the nuisance parameters move in the simulator, forces at knots included, and by how much a unit."""

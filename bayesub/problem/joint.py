@@ -11,8 +11,7 @@ from bayesub.model.linear_form import LinearSystem, stacked
 from bayesub.problem.base import Costs, PosteriorDensity, coefficient_names
 from bayesub.problem.distributions import Prior, joined
 from bayesub.problem.disturbances import History
-from bayesub.problem.mounting import of_place
-from bayesub.problem.nuisance import of_boat
+from bayesub.problem.nuisance import of_boat, of_instrument
 from bayesub.problem.trial_problem import TrialProblem
 
 
@@ -214,4 +213,6 @@ def _moved(rows: slice, first: int) -> slice:
 
 def _of_body(problem) -> set[str]:
     """The nuisance parameters of the body that a problem infers; not every trial has every instrument."""
-    return {name for name in problem.names if of_boat(name, problem.vehicle) and not of_place(name)}
+    return {
+        name for name in problem.names if of_boat(name, problem.vehicle) and not of_instrument(name, problem.vehicle)
+    }

@@ -5,12 +5,14 @@ A nuisance parameter is named with its unit, and is given, sampled and reported 
 - ``yaw0_deg``, ``u0_mps``, ..: a state at the start of the manoeuvre
 - ``current_north_mps``, ``current_east_mps``: a constant current
 - ``bias_yaw_deg``, ``bias_u_ground_mps``, ..: what a channel reads too much, all the time
+- ``scale_u_ground``, ``scale_r``, ..: by what a sensor of a speed, a rate or an acceleration multiplies, before its
+  bias
 - ``sd_yaw_deg``, ..; ``dof_x``; ``correlation_time_yaw_s``: of its noise (:mod:`bayesub.problem.likelihoods`)
 - ``mass_kg``, ``buoyancy_n``, ``Ixx_kgm2`` .. ``Izx_kgm2``, ``xG_m`` .. ``zB_m``, ``zP_m``: of the body. The weight
   goes with the mass, and the buoyancy goes with the weight, so that the trim stays; ``buoyancy_n`` changes the trim,
   and so does ``weighed_mass_kg``, the mass with its weight alone
 - ``volume_cm3``, ``compressibility_per_bar``: of a hull whose buoyancy follows the water, ``[displacement]``
-- ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional
+- ``b1`` .. ``b9``: of the thrust polynomial, non-dimensional; ``scale_propeller``: of all of it, and of the torque
 - ``bias_rudder_deg``, ``scale_rudder``, ``bias_fin_1_deg``, ..: of an actuator, by its name, which acts with
   ``scale * value + bias`` where the log has `value`. The scale of a propeller is that of its thrust and torque.
 - ``delay_rudder_s``, ..: how much later it acts than the log has the value; ``lag_rudder_s``, ..: with which it follows
@@ -38,6 +40,8 @@ from bayesub.sensors.record import Channel
 
 _UNITS = {"I": "kgm2", "x": "m", "y": "m", "z": "m"}
 CURRENTS = ("current_north_mps", "current_east_mps")
+ON_READINGS = ("bias", "scale")  # attributes of a channel that are none of its noise
+_SCALED = ("mps", "degps", "mps2", "degps2")  # units of the columns whose sensors have a scale
 
 # Name -> entries of the body vector and what a unit of the parameter adds to each; b1 .. b9 in their own unit.
 BODY = {"mass_kg": {"mass": 1.0, "weight": GRAVITY_MPS2, "buoyancy": GRAVITY_MPS2}, "buoyancy_n": {"buoyancy": 1.0}}
@@ -45,6 +49,7 @@ BODY |= {f"{key}_{_UNITS[key[0]]}": {key: 1.0} for key in workspace.BODY if key[
 BODY |= {key: {key: 1.0} for key in workspace.THRUST}
 BODY["weighed_mass_kg"] = {"mass": 1.0, "weight": GRAVITY_MPS2}
 OF_HULL = ("volume_cm3", "compressibility_per_bar")
+PROPELLER = "scale_propeller"
 CM3 = 1e-6  # m^3
 
 
@@ -70,7 +75,7 @@ class Nuisance:
     factor : SI units in its unit
     motion : parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one
     channel : name of the channel, for parameters of one
-    attribute : of the noise of the channel, or "bias"
+    attribute : of the noise of the channel, or "bias" or "scale"
     mount : what it is of an instrument
     later_s : of a clock, how much later than the record says readings may have been taken, at least and at most
     """
@@ -113,6 +118,8 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return _of_hull(name, vehicle, manoeuvre)
     if name in vehicle.actuators.parameters:
         return _of_actuator(name, vehicle, manoeuvre)
+    if name == PROPELLER:
+        return _of_propeller(vehicle, manoeuvre)
     if name in CURRENTS:
         if not any(channel.over_ground for channel in channels):
             raise _refused(name, "no channel is over the ground, so that none feels a current")
@@ -123,7 +130,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return Nuisance(name, mounts[name].value, mount=mounts[name])
     of_channels = _of_channels(channels, noises)
     if name not in of_channels:
-        valid = [*BODY, *OF_HULL, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels, *mounts]
+        valid = [*BODY, *OF_HULL, PROPELLER, *INITIAL, *CURRENTS, *vehicle.actuators.parameters, *of_channels, *mounts]
         raise _refused(name, f"there is no such parameter{nearest(name, valid)}", "unknown")
     return of_channels[name]
 
@@ -133,9 +140,15 @@ def _refused(name: str, reason: str, kind: str = "conflict") -> InputError:
 
 
 def of_boat(name: str, vehicle: Vehicle) -> bool:
-    """Whether all trials share a nuisance parameter: it is of the boat, of the process that disturbs it, or a place."""
-    of_hull = name in BODY or name in OF_HULL or name in vehicle.actuators.parameters
-    return of_hull or of_process(name) or mounting.of_place(name)
+    """Whether all trials share a nuisance parameter: of the boat, the process that disturbs it, a place or a scale."""
+    of_hull = name in BODY or name in OF_HULL or name == PROPELLER or name in vehicle.actuators.parameters
+    return of_hull or of_process(name) or of_instrument(name, vehicle)
+
+
+def of_instrument(name: str, vehicle: Vehicle) -> bool:
+    """Whether a parameter is a place or a scale, which an instrument has in every trial in which it reads."""
+    of_body = {PROPELLER, *vehicle.actuators.parameters}
+    return mounting.of_place(name) or (name.startswith("scale_") and name not in of_body)
 
 
 def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
@@ -157,6 +170,17 @@ def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     if compressibility == 0.0:
         raise _refused(name, "displacement.compressibility_per_bar is zero; give a value to begin with", "value")
     return Nuisance(name, compressibility, motion={f"scale_{COMPRESSIBILITY}": 1.0 / compressibility})
+
+
+def _of_propeller(vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
+    """The scale of thrust and torque of [propulsion]."""
+    idle = vehicle.idle(manoeuvre.subproblem)
+    parts = {key: float(vehicle.body[workspace.BODY.index(key)]) for key in (*workspace.THRUST, "Kn1", "Kn2")}
+    unit = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
+    parts = {key: value / (unit if key in workspace.THRUST else 1.0) for key, value in parts.items() if value}
+    if not parts.keys() - idle:
+        raise _refused(PROPELLER, "the vehicle has no [propulsion] that follows the rpm")
+    return Nuisance(PROPELLER, 1.0, motion={key: value for key, value in parts.items() if key not in idle})
 
 
 def _of_actuator(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
@@ -185,6 +209,8 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
         column = log_files.HEADERS[channel.quantity]
         factor = log_files.si_factor(column)
         nuisances.append(Nuisance(f"bias_{column}", 0.0, factor, channel=channel.name, attribute="bias"))
+        if column.rpartition("_")[2] in _SCALED:
+            nuisances.append(Nuisance(f"scale_{channel.name}", 1.0, channel=channel.name, attribute="scale"))
         for attribute in noise.SAMPLED:
             stem = attribute.removesuffix("_s")
             name, factor_of = f"{stem}_{channel.name}{attribute.removeprefix(stem)}", 1.0
@@ -263,15 +289,15 @@ class Nuisances:
         """Position among these, and 0 for north or 1 for east, of each component of the current."""
         return [(k, CURRENTS.index(name)) for k, name in enumerate(self.names) if name in CURRENTS]
 
-    def biases(self, channels: Sequence[Channel]) -> list[tuple[int, int, float]]:
-        """Position of the channel, position of its bias among these and factor to SI, for each bias."""
+    def on_readings(self, of: str, channels: Sequence[Channel]) -> list[tuple[int, int, float]]:
+        """Position of the channel, position among these and factor to SI, for each "bias" or each "scale"."""
         return [
             (i, k, factor)
             for i, channel in enumerate(channels)
             for attribute, k, factor in self._of_channels.get(channel.name, ())
-            if attribute == "bias"
+            if attribute == of
         ]
 
     def of_noise(self, channel: Channel) -> list[tuple[str, int, float]]:
         """Attribute, position among these and factor to SI of each unknown of the noise of a channel."""
-        return [entry for entry in self._of_channels.get(channel.name, ()) if entry[0] != "bias"]
+        return [entry for entry in self._of_channels.get(channel.name, ()) if entry[0] not in ON_READINGS]

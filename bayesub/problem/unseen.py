@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.likelihoods import Normal, UnknownSd
-from bayesub.problem.nuisance import of_boat
+from bayesub.problem.nuisance import ON_READINGS, of_boat
 from bayesub.problem.trial_problem import TrialProblem
 
 WARM_UP_LENGTHS = 4.0  # ship lengths travelled at the trial speed
@@ -87,7 +87,7 @@ class UnseenTrial:
     def _sources(self, fitted) -> dict[int, list[int]]:
         """Position of a parameter -> positions of what tells it among those of the fitted trials."""
         trials = [name for name, *_ in fitted.each_trial(fitted.prior.mean)]
-        of_noise = {n.name for n in self.problem.forward.nuisances.parameters if n.attribute not in ("", "bias")}
+        of_noise = {n.name for n in self.problem.forward.nuisances.parameters if n.attribute not in ("", *ON_READINGS)}
         sources = {}
         for k, name in enumerate(self.problem.names):
             names = []

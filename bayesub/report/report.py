@@ -143,7 +143,8 @@ def markdown_page(
     verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
-    topics = "jumps prediction derived conflict guess disturbance prior directions null trade_offs normality sqp"
+    topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
+    topics += "trade_offs normality sqp"
     rows = [
         (
             f"`{row['name']}`",

@@ -1,6 +1,6 @@
 """Records: what the sensors of a trial wrote down, in memory and as a CSV file."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,6 +15,8 @@ from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat
 from bayesub.sensors.velocity import TURNING
 
 TURN = 2.0 * np.pi
+_RUN, _DISTINCT = 10, 5  # readings in a row that no two trials have alike, and different values among them at least
+_SHARED = 0.25  # of such runs; without noise two trials may begin alike
 _SLACK = 0.05  # turns by which noise may push a heading beyond the ends of the turn to which a log confines it
 
 
@@ -78,6 +80,15 @@ class Channel:
         return any(self.lever_arm_m) and self.state in TURNING
 
 
+def _runs(values: np.ndarray) -> Iterator[bytes]:
+    """Readings (n,) one run after the other, of fewer all, without those that hardly change."""
+    n = min(_RUN, len(values))
+    for first in range(0, len(values) - n + 1, n):
+        run = values[first : first + n]
+        if len(np.unique(run)) >= min(_DISTINCT, max(n, 3)):
+            yield run.tobytes()
+
+
 def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel:
     """The channel of a sensor with readings (n,) at times (n,), SI units."""
     ahead, starboard, down = sensor.lever_arm_m or (0.0, 0.0, 0.0)
@@ -135,6 +146,13 @@ class Record:
     def total_sds(self) -> np.ndarray:
         """(n_readings,) standard deviations of noise and rounding error together, SI units."""
         return np.repeat([c.total_sd for c in self.channels], [len(c.times) for c in self.channels])
+
+    def shared_with(self, other: "Record") -> list[str]:
+        """Names of the channels of both records, if each that changes has a quarter of its readings in common."""
+        others = {channel.name: channel.values.tobytes() for channel in other.channels}
+        runs = {c.name: list(_runs(c.values)) for c in self.channels if c.name in others}
+        shares = {name: np.mean([run in others[name] for run in found]) for name, found in runs.items() if found}
+        return list(shares) if min(shares.values(), default=0.0) > _SHARED else []
 
     def of_readings(self, chosen: Iterable[slice | np.ndarray]) -> "Record":
         """The record with some readings of each channel: slices, or masks (n,)."""

@@ -184,6 +184,24 @@ def test_velocities_over_ground(clean, damage, kind, columns):
     told(finding, kind, *columns)
 
 
+@pytest.mark.parametrize(
+    ("names", "factor", "words"),
+    [
+        (("u_ground", "v_ground"), 1 / KNOT, "in knots"),
+        (("u_ground", "v_ground"), 3.6, "in km/h"),
+        (("u_ground", "v_ground"), 1 / 0.3048, "in ft/s"),
+        (("x", "y"), 1 / 0.3048, "in feet"),
+    ],
+)
+def test_units_where_a_track_alone_tells_a_velocity(clean, names, factor, words):
+    """Without the relation of a column there is nothing against it: other names for it would have none."""
+    log = {name: clean[name] for name in ("time", "x", "y", "heading", "r", "u_ground", "v_ground", "delta_r")}
+    assert findings(log) == []
+    (finding,) = findings(log | scaled(*names, by=factor)(log))
+    told(finding, "unit", *(log_files.HEADERS[name] for name in names))
+    assert finding.message.startswith(words)
+
+
 def test_a_boat_goes_ahead(clean):
     """Without a track, velocities through the water are told from each other by their size; a rudder by its reach."""
     log = {name: clean[name] for name in ("time", "u", "v", "r", "delta_r")}

@@ -40,6 +40,10 @@ OTHERS = {
     "bias_heading_deg": normal(0.0, 1.0),
     "bias_rudder_deg": normal(0.0, 1.0),
     "scale_rudder": normal(1.0, 0.1),
+    "scale_u_ground": normal(1.0, 0.02),
+    "scale_speed_over_ground": normal(1.0, 0.02),
+    "scale_vdot": normal(1.0, 0.05),
+    "bias_u_ground_mps": normal(0.0, 0.01),
     "u0_mps": normal(1.5, 0.05),
 }
 

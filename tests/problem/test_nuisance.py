@@ -220,3 +220,55 @@ def test_a_current_needs_a_channel_that_feels_it(suboff, spiral, spiral_track):
             prior=bs.priors.relative_normal(0.25),
             nuisance={"current_north_mps": normal(0.0, 1.0)},
         )
+
+
+def test_scale_of_a_sensor_multiplies_its_readings(problem, full, coupled):
+    """Before the bias is added; its derivative is the reading without it, and those of all else are multiplied.
+
+    Negative control: other channels stay as they are.
+    """
+    nuisance = {"scale_u_ground": normal(1.0, 0.01), **NUISANCE}
+    options = {"prior": problem.spread, "noise": NOISE, "dt": 0.25, "nuisance": nuisance}
+    scaled = bs.Problem(full, coupled, problem.record, free=["Xuu", "Yuv", "Nur"], **options)
+    at, k = problem.reference, problem.n_coefficients
+    (as_read,), (twice,) = problem.predicted(at), scaled.predicted(np.insert(at, k, 2.0))
+    bias, own = at[problem.names.index("bias_u_ground_mps")], problem.rows["u_ground"]
+    expected = as_read.copy()
+    expected[own] = 2.0 * (as_read[own] - bias) + bias
+    np.testing.assert_allclose(twice, expected, rtol=1e-14)
+    slopes, before = (
+        one.forward.slopes(*one.arguments(values[None]), one.names[:k])
+        for one, values in ((scaled, np.insert(at, k, 2.0)), (problem, at))
+    )
+    by_scale = np.zeros(len(slopes))
+    by_scale[own] = as_read[own] - bias
+    np.testing.assert_allclose(slopes[:, k], by_scale, rtol=1e-12)
+    j = problem.names.index("bias_u_ground_mps")
+    factors = np.where(np.arange(problem.n_params) == j, 1.0, 2.0)
+    np.testing.assert_allclose(np.delete(slopes, k, axis=1)[own], before[own] * factors, rtol=1e-12, atol=1e-12)
+    with refused("unknown", "scale_yaw"):  # an angle has a zero of its own choice
+        options |= {"nuisance": {"scale_yaw": normal(1.0, 0.1)}}
+        bs.Problem(full, coupled, problem.record, free=["Xuu"], **options)
+
+
+def test_scale_of_a_sensor_is_that_of_all_trials(problem, full, coupled):
+    """A second trial does not tell it: one wrong scale makes both wrong."""
+    options = {"prior": problem.spread, "dt": 0.25, "nuisance": {"scale_u_ground": normal(1.0, 0.01)}}
+    one = bs.Problem(full, coupled, problem.record, free=["Xuu"], **options)
+    assert bs.JointProblem({"first": one, "second": one}).names == ("Xuu", "scale_u_ground")
+
+
+def test_scale_of_the_propeller_is_that_of_its_thrust():
+    """Where thrust follows the square of the rpm, 1.21 times the thrust is a log whose rpm is 1.1 times as high."""
+    auv = bs.load_vehicle("auv690")
+    turn = bs.load_manoeuvre("turning_circle", auv)
+    faster = replace(turn, rpm=1.1 * turn.rpm)
+    record = bs.observe(bs.simulate(auv, faster, dt=0.1), bs.sensors.DVL(sd_mps=0.01, interval_s=2.0), None)
+    options = {"free": ["Xuu"], "prior": bs.priors.relative_normal(0.2), "dt": 0.1}
+    problem = bs.Problem(auv, turn, record, nuisance={"scale_propeller": normal(1.0, 0.1)}, **options)
+    scaled = np.array([auv.xi[auv.equations.index["Xuu"]], 1.1**2])
+    np.testing.assert_allclose(problem.predicted(scaled)[0], record.values, rtol=1e-11, atol=1e-12)
+    steps = 1e-4 * np.array([[-2.0], [-1.0], [1.0], [2.0]]) * [0.0, 1.0]
+    ends = problem.residuals(scaled + steps)
+    difference = (8 * (ends[2] - ends[1]) - (ends[3] - ends[0])) / 1.2e-3
+    np.testing.assert_allclose(problem.jacobian(scaled)[:, 1], difference, atol=1e-8 * np.abs(difference).max())

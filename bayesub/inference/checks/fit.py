@@ -37,6 +37,7 @@ _TINY = 1e-300  # in place of a sum of squares that vanishes
 _READINGS = 5  # at least for a lag or a wave
 OUTLIER = 3.0
 FALSE_ALARMS = 0.01
+FAR_TOO_SMALL = 0.5  # chi-square per reading, below which what a large sd lets draws do is all that correlates
 CORRELATED = ("lag_1", "drift")
 SIZED = ("chi_square", "largest", "outliers")
 _SPREAD_ERROR = 1.17  # standard error of the spread of normal residuals, times the root of their number
@@ -76,6 +77,8 @@ class Check:
             tailed = special.pdtrc(max(self.n_outliers - 1.0, 0.0), expected) < self.threshold
             too_large = self.chi_square_per_reading > 1.0 or "chi_square" not in failed
             faults.append(("outliers" if tailed or not widened else "large") if too_large else "small")
+            if faults[-1] == "small" and self.chi_square_per_reading < FAR_TOO_SMALL:
+                faults.reverse()
         return tuple(faults) if faults or not failed else ("shape",)
 
     def to_json(self) -> dict:

@@ -6,13 +6,14 @@ import numpy as np
 
 from bayesub.io import templates
 from bayesub.io.errors import InputError
+from bayesub.kernels import workspace
 from bayesub.logs import log_files
 from bayesub.model.actuator import with_water
 from bayesub.model.actuators import values_of_log, with_commands
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
 from bayesub.model.vehicles import Vehicle, load_vehicle
-from bayesub.problem.nuisance import MOVING
+from bayesub.problem.nuisance import MOVING, PROPELLER
 from bayesub.sensors import velocity
 from bayesub.sensors.sensor import QUANTITIES, channel_name
 from bayesub.study.new import files
@@ -42,6 +43,7 @@ _IN_CURRENT = """[nuisance]                    # what else is unknown; the start
 current_north_mps = { mean = 0.0, sd = 0.3 }"""
 _CLOCK = """
 # clock_{0}_s = {{ mean = 0.0, sd = 0.2 }}  # how far its clock is ahead; lever_{0}_x_m: where it is"""
+_SCALE = "\n# {} = {{ mean = 1.0, sd = {} }}  # {}"
 _EAST = "\ncurrent_east_mps = { mean = 0.0, sd = 0.3 }"
 _HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: nobody read the heading"
 _GUESS = """centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"
@@ -91,6 +93,11 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         read = any(QUANTITIES[key].heading for key in of_use)
         nuisance += _EAST + ("" if read else _HEADING)
     nuisance += _CLOCK.format(channel_name(of_use[0]))
+    for key in of_use:
+        if log_files.HEADERS[key].endswith("_mps"):
+            nuisance += _SCALE.format(f"scale_{channel_name(key)}", 0.01, "1 % of a speed is 2 % of a drag")
+    for scale in _scales_of_forces(boat, plane):
+        nuisance += _SCALE.format(scale, 0.05, "how effective it is: trades off with its coefficients, or the drag")
     return _text(
         name,
         path,
@@ -106,6 +113,17 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         nuisance=nuisance,
         sqp_starts=0,
     )
+
+
+def _scales_of_forces(boat: Vehicle, plane: str) -> list[str]:
+    """The scales of the propeller and of the actuators that move in a plane."""
+    thrust, within = (
+        boat.body[[workspace.BODY.index(key) for key in workspace.THRUST]],
+        plane if plane in MOVING else None,
+    )
+    kinds = boat.actuators.parameters.items()
+    scales = [name for name, (_, kind) in kinds if kind == "scale" and boat.actuators.moves(name, within)]
+    return [PROPELLER] * bool(thrust.any()) + scales
 
 
 def _plane(boat: Vehicle, inputs: np.ndarray) -> str:

@@ -177,7 +177,7 @@ def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
     if fit.misfit > sampler.max_misfit:
         from bayesub.findings.suspect_columns import suspect
 
-        column = suspect(setup.problem, mode)
+        column = suspect(setup.problem, mode) or fit.small_sd
         likely = f"likely {column}; if not, " if column else ""
         raise InputError(
             f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' by "

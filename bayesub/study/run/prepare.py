@@ -10,6 +10,7 @@ import numpy as np
 
 from bayesub.io import seeds
 from bayesub.io.errors import InputError, error_source
+from bayesub.io.words import listed
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.quantities import Quantity
 from bayesub.model.simulator import Simulator
@@ -95,6 +96,7 @@ def prepare(study: Study) -> Setup:
         vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
         quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
         flights = list(_flights(study, vehicle))
+        _refuse_twins([flight for flight in flights if flight.section.data is not None])
         centre = vehicle.xi
         if study.prior.centre == "perturbed":
             guess_rng = seeds.generator(study.seed, seeds.GUESS)
@@ -143,6 +145,18 @@ def _flights(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
                     raise InputError(text, "conflict", "check.data")
             trial = check.build(vehicle, sensors, check.nuisances(study.nuisance), study.path)
         yield _Flight(check.name, label, check, sensors, trial)
+
+
+def _refuse_twins(logs: Sequence[_Flight]) -> None:
+    """InputError for readings of a fitted trial that another trial or a log to predict has too."""
+    for k, later in enumerate(logs):
+        for earlier in (log for log in logs[:k] if log.is_fitted):
+            if names := later.trial.record.shared_with(earlier.trial.record):
+                text = f"{later.label}: {later.section.data} has the same readings of {listed(names)} as "
+                text += f"{earlier.label or 'the log that is fitted'}, {earlier.section.data}"
+                why = "which would count twice" if later.is_fitted else "which say nothing about prediction"
+                text += f", {why}; leave one of the two out, or give them a window_s each that does not overlap"
+                raise InputError(text, "conflict", "data")
 
 
 def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:

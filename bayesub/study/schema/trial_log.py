@@ -280,6 +280,7 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
     value, sd, rate = _at_zero(channel, vehicle.length_m / vehicle.speed_mps)
     column = log_files.HEADERS[channel.quantity]
     besides = [sd * WIDENED, _size(nuisance, f"bias_{column}") * log_files.si_factor(column)]
+    besides.append(_size(nuisance, f"scale_{channel.name}", 1.0) * abs(value))
     if state in "uvw":
         besides += _by_current(channel, nuisance)
     turning = 1.0 if state in "xyz" else UNREAD_TURN * vehicle.speed_mps / vehicle.length_m
@@ -307,9 +308,9 @@ def _by_mounting(channel, nuisance, rate, by_place) -> list[float]:
     return sizes
 
 
-def _size(nuisance, name) -> float:
-    """How large a nuisance parameter may well be, zero if there is none of that name."""
-    return float(np.hypot(nuisance[name].mean, nuisance[name].sd)[0]) if name in nuisance else 0.0
+def _size(nuisance, name, held=0.0) -> float:
+    """How far a nuisance parameter may well be from where it is held; zero if there is none of that name."""
+    return float(np.hypot(nuisance[name].mean - held, nuisance[name].sd)[0]) if name in nuisance else 0.0
 
 
 def _at_zero(channel, window) -> tuple[float, float, float]:

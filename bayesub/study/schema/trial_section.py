@@ -13,7 +13,7 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem.nuisance import BODY, INITIAL
+from bayesub.problem.nuisance import BODY, INITIAL, PROPELLER
 from bayesub.problem.priors import Prior
 from bayesub.sensors import observe, unread
 from bayesub.study.schema.disturbance_section import TrueDisturbanceSection, true_parameters
@@ -185,7 +185,7 @@ class TrialSection(TrialKeys):
     @pydantic.model_validator(mode="after")
     def _not_of_the_body(self):
         for name in self.nuisance:
-            if name in BODY:
+            if name in BODY or name == PROPELLER:
                 raise InputError(
                     f"nuisance '{name}' is of the body, the same in all {self.PLURAL}; give it in [nuisance]",
                     "conflict",

@@ -33,6 +33,13 @@ def test_a_new_study_is_one_that_can_be_posed(tmp_path, monkeypatch):
     # The median of some hundred second differences knows the noise to a tenth or so.
     assert [sensor.sd for sensor in posed.sensors] == pytest.approx([0.005] * 2, rel=0.3)
     assert "current_north_mps" in prepare(posed).problem.names
+    # Scales, which no log tells, are offered with priors, and exist.
+    path.write_text(path.read_text().replace("# scale_", "scale_"))
+    scales = {"scale_u_ground", "scale_v_ground", "scale_propeller", "scale_rudder"}
+    priors = prepare(load_study(path)).problem.nuisance_priors
+    assert {name: float(priors[name].sd[0]) for name in scales} == {
+        name: 0.01 if name.endswith("ground") else 0.05 for name in scales
+    }
 
 
 def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):

@@ -1,8 +1,10 @@
 """Studies made ready: at which steps trials are flown and fitted."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from support import small_study
+from support.refusals import refused
 
 import bayesub as bs
 from bayesub.study.run import prepare as preparation
@@ -30,6 +32,7 @@ SENSORS = {
     "spiral": bs.sensors.Track(0.5, 0.1, channels=("x", "y", "yaw")),
     "zigzag": bs.sensors.DVL(sd_mps=0.00001),
 }
+TRACK = bs.sensors.Track(0.2, 0.1, channels=("x", "y", "yaw"), interval_s=0.5)
 
 
 @pytest.fixture
@@ -93,3 +96,43 @@ def test_a_problem_is_posed_for_the_step_only_if_none_is_given(ready, monkeypatc
     assert len(count) == 2
     ready()
     assert len(count) == 2 + 4
+
+
+def test_readings_of_a_trial_are_in_no_other(tmp_path, auv_log):
+    """Neither in a second trial, in a copy with other times and another name, nor in a log to predict.
+
+    Negative control: other parts of one log, and the same beginning without noise.
+    """
+    copy = pd.read_csv(auv_log)
+    copy.assign(time_s=copy["time_s"] + 1e-5).iloc[1:].to_csv(tmp_path / "copy.csv", index=False)
+    log = {key: value for key, value in small_study.LOG.items() if value is not None}
+
+    def posed(*trials, **others):
+        pairs = zip(("first", "second"), trials, strict=False)
+        given = {"manoeuvre": None, "trials": [log | {"name": name} | trial for name, trial in pairs]}
+        return prepare(load_study(small_study.write(tmp_path / "study.toml", **given, **others)))
+
+    with refused("conflict", "data"):
+        posed({}, {})
+    with refused("conflict", "data"):
+        posed({}, {"data": "copy.csv"})
+    with refused("conflict", "data"):
+        posed({"window_s": [0.0, 80.0]}, {"window_s": [30.0, 110.0]})
+    with refused("conflict", "data"):
+        posed({}, check=[{"name": "unseen", "data": "copy.csv", "subproblem": "horizontal"}])
+    assert posed({"window_s": [0.0, 50.0]}, {"window_s": [60.0, 110.0]}).problem.n_params
+    boat = bs.load_vehicle("auv690")
+    for name in ("zigzag_20_20", "turning_circle"):
+        flown = bs.simulate(boat, bs.load_manoeuvre(name, boat), dt=0.1)
+        bs.observe(flown, TRACK, None).save(tmp_path / f"{name}.csv", flown.simulator.manoeuvre)
+    assert posed({"data": "zigzag_20_20.csv"}, {"data": "turning_circle.csv"}).problem.n_params
+
+
+@pytest.fixture
+def auv_log(tmp_path):
+    """log.csv, of a zig-zag, two readings of the track a second."""
+    boat = bs.load_vehicle("auv690")
+    zigzag = bs.load_manoeuvre("zigzag_20_20", boat)
+    record = bs.observe(bs.simulate(boat, zigzag, dt=0.1), TRACK, np.random.default_rng(1))
+    record.save(tmp_path / "log.csv", zigzag)
+    return tmp_path / "log.csv"
