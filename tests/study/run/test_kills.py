@@ -15,7 +15,7 @@ import pytest
 from support import killed
 
 KILLS = int(os.environ.get("BAYESUB_KILLS", "2"))
-COSTS = re.compile("seconds|price|_per_|evaluations|jacobians|simulations|begun|folder|path|time taken")
+COSTS = re.compile("seconds|price|_per_|evaluations|jacobians|simulations|begun|commit|folder|path|time taken")
 
 
 def content(folder: Path) -> dict[str, object]:
@@ -41,7 +41,7 @@ def _found(path):
         return found
     if path.suffix in (".html", ".md"):
         return len(path.read_bytes()) > 1000
-    return [line for line in path.read_bytes().splitlines() if b"begun" not in line]
+    return [line for line in path.read_bytes().splitlines() if not line.startswith((b"begun", b"commit"))]
 
 
 def _without_costs(value):
