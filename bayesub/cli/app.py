@@ -1,14 +1,16 @@
 """The command line: commands by name, each in a module that is imported when the command is called for."""
 
 import importlib
+import os
 import sys
 import warnings
 
 import click
 
-from bayesub.io.errors import InputError
+from bayesub.io.atomic import reason
+from bayesub.io.errors import InputError, Remark, one_line
 from bayesub.io.interrupts import interruptible
-from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, complain, console
+from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, complain, console, printable
 
 # Command -> the module and the name of its click command. These modules import what their command computes with in the
 # function of the command, so that help and completion start at once.
@@ -47,20 +49,40 @@ class LazyGroup(click.Group):
 
 
 def main() -> None:
-    """Run the command line; an InputError is one line on standard error and exit status 2."""
+    """Run the command line; an InputError is one line on standard error and exit status 2.
+
+    So is what the operating system refuses, an output that is full among it. Of warnings those are printed that are
+    ours; those of libraries say nothing that a user could do (tests make errors of them, so that causes are mended).
+    """
+    printable()
     try:
         with warnings.catch_warnings(), interruptible():
             console.quiet = False
-            warnings.showwarning = lambda message, *_: print(f"bayesub: {message}", file=sys.stderr)
-            sys.exit(app(prog_name="bayesub", standalone_mode=False))
+            warnings.showwarning = _show
+            status = app(prog_name="bayesub", standalone_mode=False)
+            if sys.stdout is not None:
+                sys.stdout.flush()
+        sys.exit(status)
     except InputError as error:
         complain(str(error), BAD_INPUT)
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "bayesub"
         complain(f"{error.format_message().rstrip('.')}; see {command} --help", BAD_INPUT)
+    except MemoryError as error:
+        message = f"out of memory {f'({error})' if str(error) else ''}".strip()
+        complain(one_line(f"{message}; give it more, or less to do: shorter logs, fewer trials or draws"), BAD_INPUT)
+    except OSError as error:
+        if error.filename is None and sys.stdout is not None:  # what is left to be written would fail again, at the end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        complain(one_line(f"{error.filename or 'output'}: cannot be read or written: {reason(error)}"), BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
         complain("interrupted before anything was done; run the same command again", INTERRUPTED)
+
+
+def _show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    if issubclass(category, Remark):
+        print(f"bayesub: {message}", file=sys.stderr)
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

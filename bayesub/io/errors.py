@@ -34,6 +34,10 @@ KINDS = {
 }
 
 
+class Remark(UserWarning):
+    """A warning that users see: a sentence of ours."""
+
+
 class InputError(ValueError):
     """Bad input. The message is one line, complete in itself; the command line prints it and exits with status 2.
 

@@ -1,5 +1,7 @@
 """The words of the command line: sentences, progress bars, exit status."""
 
+import contextlib
+import io
 import sys
 from typing import NoReturn, Protocol
 
@@ -13,6 +15,13 @@ BAD_INPUT, INTERRUPTED = 2, 130  # the others are those of verdicts
 console = Console(highlight=False, markup=False)
 
 
+def printable() -> None:
+    """Have what a terminal's encoding lacks written as in a Python string, in place of an error."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def say(sentence: str) -> None:
     """One line on standard output, never broken."""
     console.print(sentence, soft_wrap=True)
@@ -20,7 +29,8 @@ def say(sentence: str) -> None:
 
 def complain(sentence: str, status: int) -> NoReturn:
     """One line on standard error, and the end."""
-    print(f"bayesub: {sentence}", file=sys.stderr)
+    with contextlib.suppress(OSError):  # a full one
+        print(f"bayesub: {sentence}", file=sys.stderr, flush=True)
     sys.exit(status)
 
 

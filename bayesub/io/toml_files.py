@@ -5,11 +5,14 @@ import gzip
 import inspect
 import math
 import operator
+import os
 import re
+import stat
 import tomllib
 import types
 import typing
 import unicodedata
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib import resources
@@ -28,6 +31,8 @@ DATA = resources.files("bayesub") / "data"
 LARGEST = {"rpm_per_mps": 1e5, "deg_s": 1e4, "m": 1e7, "mps": 1e3, "kn": 2e3, "mps2": 1e4, "deg": 1e6, "degps": 1e5}
 LARGEST |= {"degps2": 1e7, "rad": 1e5, "radps": 1e4, "radps2": 1e6, "s": 1e10, "kg": 1e10, "kgm2": 1e15, "kgm3": 1e5}
 LARGEST |= {"n": 1e12, "bar": 1e6, "kpa": 1e9, "pa": 1e12, "rpm": 1e6}
+MOST_TEXT, MOST_LOG = 1e8, 1e9  # bytes of a file of ours and of a log; of the latter some ten million rows
+_DENSEST = 1032  # bytes in one of a .gz, at most
 LARGEST |= dict.fromkeys(("mean", "sd", "lower", "upper", "median", "value"), 1e15)
 
 
@@ -156,7 +161,7 @@ def find_log(name: str | Path) -> Path:
 
 def read_text(path: Path) -> str:
     """The text of a file, or an InputError that says why not."""
-    with reading(path):
+    with reading(path, MOST_TEXT):
         return path.read_text(encoding="utf-8-sig")
 
 
@@ -168,18 +173,44 @@ def read_line(path: Path) -> str:
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[None]:
-    """What cannot be read or is not UTF-8 text inside the block is an InputError that names `path`."""
+def reading(path: Path, most: float | None = None) -> Iterator[None]:
+    """What cannot be read or is not UTF-8 text inside the block is an InputError that names `path`.
+
+    So is what is no regular file, and what holds more than `most` bytes (MOST_LOG), unpacked if it is a .gz.
+    """
     try:
+        _check_file(path, path.stat(), MOST_LOG if most is None else most)
         yield
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {reason(error)}", "file") from None
+    except (EOFError, zlib.error):
+        raise InputError(f"{path}: is damaged, or not whole; copy or pack it again", "format") from None
     except UnicodeDecodeError:
         text = path.read_text(encoding="utf-8", errors="surrogateescape")
         before, byte, _ = re.split("([\udc80-\udcff])", text, maxsplit=1)
         line = before.count("\n") + 1
         where = f"{path}: line {line}: is not UTF-8 text, found the byte 0x{ord(byte) - 0xDC00:02x}"
         raise InputError(f"{where}; save it as UTF-8", "format") from None
+
+
+def _check_file(path: Path, status: os.stat_result, most: float) -> None:
+    if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+        raise InputError(f"{path}: is a device or a pipe; name a file", "file")
+    size = status.st_size
+    if path.suffix == ".gz" and _DENSEST * size > most >= size:
+        size = _unpacked(path, status.st_mtime_ns, most)
+    if size > most:
+        raise InputError(f"{path}: holds more than {most:.3g} bytes; cut it, or thin out its rows", "limit")
+
+
+@functools.lru_cache
+def _unpacked(path: Path, _: int, most: float) -> int:
+    """Bytes in a .gz as it was at a time, counted up to just more than `most`."""
+    size = 0
+    with gzip.open(path, "rb") as file:
+        while size <= most and (part := len(file.read(1 << 20))):
+            size += part
+    return size
 
 
 def read_toml(path: Path, model: type[Model]) -> Model:

@@ -59,6 +59,14 @@ FIXES = ("latitude_deg", "longitude_deg")  # in place of x and y
 LIMITS = (90.0, 360.0)
 FARTHEST = 200e3  # m from the first fix
 
+# From and to which readings of any boat can be, by short name in SI units: pitch is upright at most (and what rounding
+# adds), the sea is 11 km deep, and what flies above it or turns thrice a second is no boat. Planes are upright at most
+# too, in the unit of their column: whether that is the right one is seen by :mod:`bayesub.logs.consistency`.
+_UPRIGHT, _DEEPEST, _FASTEST = 90.1, 12e3, 1080.0 * DEGREE
+POSSIBLE = {"theta": (-_UPRIGHT * DEGREE, _UPRIGHT * DEGREE), "depth": (-100.0, _DEEPEST), "z": (-_DEEPEST, _DEEPEST)}
+POSSIBLE |= dict.fromkeys("pqr", (-_FASTEST, _FASTEST))
+LONGEST = 366 * 86400.0  # s from the first row to the last
+
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
 
@@ -114,10 +122,12 @@ def read_log(
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)
     rows, line = _numbers(path, names)
-    largest = np.array([toml_files.largest(name) for name in names])
-    for row, column in np.argwhere(np.abs(rows) > largest)[:1]:
-        name, excess = names[column], f"{rows[row, column]:g} is beyond {largest[column]:g}"
-        raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; check the unit", "unit", name)
+    least, most = np.transpose([possible(name, columns, weight_density) for name in names])
+    for row, column in np.argwhere((rows < least) | (rows > most))[:1]:
+        name, value = names[column], rows[row, column]
+        excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
+        remedy = "check the unit, or empty the cell"
+        raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
     log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
         log["depth"] = log["depth"] / weight_density
@@ -126,6 +136,9 @@ def read_log(
     times = log["time"]
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
+    if np.ptp(times) > LONGEST:
+        message = f"{path}: time_s spans {np.ptp(times):.3g} s, more than a year; check the unit, or cut the log"
+        raise InputError(message, "unit", "time_s")
     for k in np.flatnonzero(np.diff(times) <= 0)[:1] if ascending else ():
         found = f"found {times[k + 1]:.12g} after {times[k]:.12g}"
         raise InputError(f"{path}: line {line[k + 1]}: time_s must ascend, {found}", "data", "time_s")
@@ -162,6 +175,19 @@ def _columns(controls: Iterable[str]) -> dict[str, tuple[str, float]]:
     """:data:`COLUMNS` with all others that a file may have, those of a vehicle's own among them."""
     own = {name: (name, si_factor(name)) for name in controls if name not in COLUMNS}
     return COLUMNS | dict(zip(FIXES, (("x", 1.0), ("y", 1.0)), strict=True)) | PRESSURES | own
+
+
+def possible(
+    name: str, columns: dict[str, tuple[str, float]] = COLUMNS, weight_density: float = WEIGHT_DENSITY
+) -> tuple[float, float]:
+    """From and to which numbers of a column can be, in its unit; commands as what they order."""
+    (short, factor), size = columns[name], toml_files.largest(name)
+    if short == "depth" and name in PRESSURES:
+        factor = PRESSURES[name][1] / weight_density
+    if columns.get(name.replace("_command_", "_"), ("",))[0] in CONTROLS:
+        return -_UPRIGHT, _UPRIGHT
+    least, most = POSSIBLE.get(short, (-np.inf, np.inf))
+    return max(-size, least / factor), min(size, most / factor)
 
 
 def _numbers(path: Path, names: list[str]) -> tuple[np.ndarray, np.ndarray]:

@@ -96,6 +96,10 @@ class Simulator:
             raise InputError(f"unknown attitude '{self.attitude}': expected euler or quaternion", "unknown", "attitude")
         if self.dt is not None and not (np.isfinite(self.dt) and self.dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {self.dt}", "value", "dt")
+        longest = self.vehicle.length_m / self.vehicle.speed_mps
+        if self.dt is not None and self.dt > longest:
+            message = f"the time step is {self.dt:g} s, longer than a ship length travelled, {longest:.3g} s"
+            raise InputError(f"{message}; give a shorter one, or none", "limit", "dt")
         self.manoeuvre.check(self.vehicle)
         for part in (self.knots, self.forces):
             if part is not None and part.axes:

@@ -15,7 +15,7 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.notebook import Displayed
 from bayesub.kernels import workspace
-from bayesub.logs.log_files import ACCELERATIONS
+from bayesub.logs.log_files import ACCELERATIONS, HEADERS
 from bayesub.model import actuator_files
 from bayesub.model.actuator import GRAVITY_MPS2, Actuator
 from bayesub.model.actuators import Actuators
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 SINGULAR = 1e-12  # smallest singular value over the largest, in units of length and mass of the boat; hulls have 1e-3
+
+FASTEST, CURRENT = 10.0, 10.0  # trial speeds, and m/s, of which a boat does the larger at most
+_SPEEDS = ("u", "v", "w", "u_ground", "v_ground", "w_ground", "north", "east", "down", "sog", "stw")
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,31 @@ class Vehicle(Displayed):
         """(n,) rpm of a log; those of self-propulsion if it has none, or if they do not act."""
         steady = np.full(n, self.rpm_per_mps * self.speed_mps)
         return log.get("rpm", steady) if "rpm" in self.inputs else steady
+
+    def check_log(self, log: dict[str, np.ndarray], source: str) -> None:
+        """InputError with its `source` for a log (n,), in SI units, of what this boat cannot have done.
+
+        It moves, through the water or over the ground, and has its propeller turn for a speed, of more than
+        ten trial speeds and ten metres a second; or it has its propeller stand still all the time, and nothing else
+        that drives it.
+        """
+        most = max(FASTEST * self.speed_mps, CURRENT)
+        limits = dict.fromkeys((name for name in _SPEEDS if name in log), most)
+        if "rpm" in log and "rpm" in self.inputs and "rpm" not in self.actuators.shorts:
+            limits["rpm"] = most * self.rpm_per_mps
+            drives = any(a.force[0] or a.force_of_square[0] or a.force_of_speed[0] for a in self.actuators.members)
+            if not drives and not np.nan_to_num(log["rpm"]).any():
+                message = (
+                    f"{source}: column 'rpm': is 0 in all rows, and nothing else drives '{self.name}'; log it, or "
+                )
+                raise InputError(message + "delete the column, which is self-propulsion", "data", "rpm")
+        for name, limit in limits.items():
+            for row in np.flatnonzero(np.abs(log[name]) > limit)[:1]:
+                header = HEADERS[name]
+                found = f"{log[name][row]:.4g} at {log['time'][row]:.6g} s is beyond {limit:.4g}"
+                message = f"{source}: column '{header}': {found}; '{self.name}', whose trial speed is "
+                remedy = f"{self.speed_mps:g} m/s, does {most:g} m/s at most; check the unit, or empty the cell"
+                raise InputError(message + remedy, "unit", header)
 
     def kernels(self, subproblem: str | None = None, *, external: bool = False) -> families.Family:
         """The kernels of the equations with the terms of a sub-problem, and with forces from outside if there are any.

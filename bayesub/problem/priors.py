@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayesub.io.errors import InputError, check_known
+from bayesub.io.errors import InputError, check_known, error_source
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform, same
@@ -39,6 +39,10 @@ __all__ = [
     "uniform",
 ]
 
+# Widths of priors, over the size of what they are about and by themselves: a narrower one is a fixed value, whose
+# sensitivities in units of the width are rounding errors, and a wider one says nothing that a number can hold.
+NARROWEST, LEAST, WIDEST = 1e-9, 1e-15, 1e15
+WIDEST_SPREAD = {"sd": 1e6, "half_width": 1e6, "log_sd": 10.0}  # relative; ten is a factor of 22,000
 SCALES = 4.0 ** np.linspace(-1.0, 1.0, 65)  # times the middle one, each as probable, of :func:`relative_hierarchical`
 
 
@@ -241,7 +245,7 @@ def relative_hierarchical(log_sd: float, centre: np.ndarray | None = None, *, by
 
 
 def _spread(kind, key, value, centre):
-    _positive(key, value)
+    _check_width(key, value, NARROWEST, WIDEST_SPREAD[key])
     return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
 
 
@@ -260,7 +264,10 @@ def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.n
     mean = vehicle.xi if centre is None else np.asarray(centre, dtype=float)
     names = vehicle.equations.names
     known = np.flatnonzero(np.isfinite(vehicle.sd))
-    given: dict[str, Prior] = {names[k]: normal(mean[k], vehicle.sd[k]) for k in known}
+    given: dict[str, Prior] = {}
+    for k in known:
+        with error_source(f"coefficient '{names[k]}'"):
+            given[names[k]] = normal(mean[k], vehicle.sd[k])
     correlations: tuple[tuple[str, str, float], ...] = ()
     if vehicle.correlation is not None:
         related = np.argwhere(np.triu(vehicle.correlation, 1))
@@ -270,28 +277,40 @@ def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.n
 
 def normal(mean: float, sd: float) -> Normal:
     """Normal prior of one parameter."""
-    _positive("sd", sd)
-    return Normal(np.array([_finite("mean", mean)]), np.array([float(sd)]))
+    _check_width("sd", sd, _least(_finite("mean", mean)), WIDEST)
+    return Normal(np.array([float(mean)]), np.array([float(sd)]))
 
 
 def uniform(lower: float, upper: float) -> Uniform:
     """Uniform prior of one parameter."""
     if not _finite("lower", lower) < _finite("upper", upper):
         raise InputError(f"prior: lower must be below upper, found {lower} and {upper}", "value", "lower")
+    _check_width("upper - lower", upper - lower, _least(max(abs(lower), abs(upper))), WIDEST)
     return Uniform(np.array([float(lower)]), np.array([float(upper)]))
 
 
 def log_normal(median: float, log_sd: float) -> LogNormal:
     """Log-normal prior of one parameter, such as a standard deviation; it has the sign of `median`."""
-    _positive("log_sd", log_sd)
+    _check_width("log_sd", log_sd, NARROWEST, WIDEST_SPREAD["log_sd"])
     if _finite("median", median) == 0.0:
         raise InputError("prior: the median of a log-normal prior must not be zero", "value", "median")
+    _check_width("log_sd times median", abs(median) * log_sd, LEAST, WIDEST)
     return LogNormal(np.array([float(median)]), np.array([float(log_sd)]))
 
 
-def _positive(key, value):
+def _least(size: float) -> float:
+    """The smallest width of a prior that is about numbers of a size."""
+    return max(NARROWEST * abs(size), LEAST)
+
+
+def _check_width(key: str, value: float, least: float, most: float) -> None:
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"prior: {key} must be positive, found {value}", "value", key)
+    if value < least:
+        message = f"prior: {key} must be at least {least:.3g} here, found {value:g}; what is known better is fixed"
+        raise InputError(f"{message}: give its value, or take it out of what is free", "value", key)
+    if value > most:
+        raise InputError(f"prior: {key} must be at most {most:g}, found {value:g}", "value", key)
 
 
 def _finite(key, value) -> float:

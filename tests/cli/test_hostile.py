@@ -1,7 +1,13 @@
 """Input that is wrong by accident or on purpose: refused in one line, never run, never a traceback."""
 
 import copy
+import gzip
+import os
+import subprocess
+import sys
 import tomllib
+import warnings
+from pathlib import Path
 
 import pytest
 import tomli_w
@@ -12,14 +18,15 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import toml_files
-from bayesub.io.errors import LONGEST
-from bayesub.logs import log_files
+from bayesub.io.errors import LONGEST, Remark
+from bayesub.logs import log_files, readers
 from bayesub.model.equations import load_equations
 from bayesub.model.hulls import load_hull
 from bayesub.model.manoeuvre_files import read_manoeuvre
 from bayesub.study.schema.disturbance_section import read_disturbance
 from bayesub.study.schema.study_file import load_study
 
+COMMAND = [sys.executable, "-m", "bayesub"]
 READERS = {
     "vehicle": bs.load_vehicle,
     "equations": load_equations,
@@ -179,3 +186,69 @@ def test_a_study_whose_readings_weigh_too_much(tmp_path, monkeypatch):
     out = fuzz.bayesub("check", study)[1]
     assert "at the prior means the boat " in out
     assert "directions" not in out
+
+
+def test_what_is_no_file_or_too_large_is_refused(tmp_path, monkeypatch):
+    """A device, a pipe, a packed file that unpacks to more than fits, and one that is cut; before it is read."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "zero.toml").symlink_to("/dev/zero")
+    os.mkfifo("pipe.csv")
+    with gzip.open("bomb.csv.gz", "wb") as file:
+        file.write(b"time_s,x_m\n" + b"1,2\n" * 1_000_000)
+    packed = (tmp_path / "bomb.csv.gz").read_bytes()
+    (tmp_path / "cut.csv.gz").write_bytes(packed[: len(packed) // 2])
+    for name, read in {"zero.toml": bs.load_vehicle, "pipe.csv": log_files.read_log}.items():
+        with refused("file"):
+            read(tmp_path / name)
+    with refused("file"):
+        readers.read("csv", [tmp_path / "pipe.csv"])
+    with refused("format"):
+        log_files.read_log(tmp_path / "cut.csv.gz", ascending=False)
+    monkeypatch.setattr(toml_files, "MOST_LOG", 3_999_999)
+    for read in (log_files.read_log, lambda path: readers.read("csv", [path])):
+        with refused("limit"):
+            read(tmp_path / "bomb.csv.gz")
+
+
+@pytest.mark.parametrize("words", ["list", "manual convert", "list --json", "--help"])
+def test_a_full_output_is_one_line(words):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([*COMMAND, *words.split()], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "no space left" in done.stderr
+
+
+def test_names_that_a_terminal_cannot_print(tmp_path):
+    """An encoding that lacks a letter of a name, on either stream: the name as Python writes it, and no traceback."""
+    path, circle = tmp_path / "circle.toml", toml_files.find("turning_circle", "manoeuvres").read_text()
+    path.write_text(circle.replace('name = "', 'name = "Žluťoučký ', 1), encoding="utf-8")
+    for encoding in ("ascii", "cp1252"):
+        environment = os.environ | {"PYTHONIOENCODING": f"{encoding}:strict"}
+        options = {"capture_output": True, "encoding": encoding, "env": environment, "check": False}
+        done = subprocess.run([*COMMAND, "check", path], **options)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert "lu\\u0165ou\\u010dk" in done.stdout
+
+
+def test_out_of_memory_is_one_line(bayesub, monkeypatch):
+    def fails(*_, **__):
+        raise MemoryError("Unable to allocate 3 TiB")
+
+    monkeypatch.setattr(toml_files, "read_toml_table", fails)
+    status, _, err = bayesub("check", "boat.toml")
+    assert (status, err.count("\n")) == (2, 1)
+    assert err.startswith("bayesub: out of memory (Unable to allocate 3 TiB); ")
+
+
+def test_warnings_of_libraries_do_not_speak_as_ours(bayesub, monkeypatch):
+    def warns(*_, **__):
+        warnings.warn("An ill-conditioned matrix detected", UserWarning, stacklevel=1)
+        warnings.warn("run: the last block is damaged", Remark, stacklevel=1)
+        return {}
+
+    monkeypatch.setattr(toml_files, "read_toml_table", warns)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        _, _, err = bayesub("check", "boat.toml")
+    assert err.splitlines()[0] == "bayesub: run: the last block is damaged"
+    assert "ill-conditioned" not in err

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.refusals import refused
 
-from bayesub.io.toml_files import largest
 from bayesub.logs import log_files
 from bayesub.logs.log_files import (
     ACCELERATIONS,
@@ -15,6 +14,7 @@ from bayesub.logs.log_files import (
     OUTPUTS,
     STATES,
     positions,
+    possible,
     read_log,
     si_factor,
     write_log,
@@ -69,8 +69,8 @@ def test_byte_order_mark_and_line_ends(tmp_path, prefix, end):
 
 def readings(name):
     """Numbers in SI units that a column may have, or none."""
-    size = 0.999 * min(1e6, si_factor(name) * largest(HEADERS[name]))
-    return st.one_of(st.floats(-size, size, allow_subnormal=False), st.just(np.nan))
+    least, most = (0.999 * si_factor(name) * np.clip(end, -1e6, 1e6) for end in possible(HEADERS[name]))
+    return st.one_of(st.floats(least, most, allow_subnormal=False), st.just(np.nan))
 
 
 @settings(deadline=None, max_examples=25)
@@ -116,8 +116,23 @@ REFUSED = [
     ("time_s\tx_m\n0\t1\n", "format", ""),
     ("time_s,u_kts\n0,1\n", "unknown", "u_kts"),
     ("time_s,depth_ft\n0,1\n", "unknown", "depth_ft"),
+    ("time_s,rudder_deg\n0,500\n", "unit", "rudder_deg"),
+    ("time_s,depth_m\n0,-5000\n", "unit", "depth_m"),
+    ("time_s,pressure_bar\n0,3\n1,2000\n", "unit", "pressure_bar"),
+    ("time_s,z_m\n0,1e5\n", "unit", "z_m"),
+    ("time_s,pitch_deg\n0,95\n", "unit", "pitch_deg"),
+    ("time_s,pitch_rad\n0,20\n", "unit", "pitch_rad"),
+    ("time_s,r_radps\n0,30\n", "unit", "r_radps"),
+    ("time_s,x_m\n0,1\n1e9,1\n", "unit", "time_s"),
     (b"time_s,x_m\n0,1\n" + 10000 * b"\n" + b"1,\xff\n", "format", ""),
 ]
+
+
+def test_what_boats_do_is_read(tmp_path):
+    """Planes hard over in either unit, a dive upright, depths from a wave above the surface to the deepest trench."""
+    text = "time_s,rudder_deg,pitch_deg,depth_m,yaw_deg,p_degps\n0,-90,90,-2,7200,-300\n86400,90,-90,10935,-400,300\n"
+    assert len(read_log(csv(tmp_path, text))["depth"]) == 2
+    read_log(csv(tmp_path, "time_s,rudder_rad,pitch_rad\n0,1.5708,-1.5708\n"))
 
 
 @pytest.mark.parametrize(("text", "kind", "key"), REFUSED, ids=[repr(text[:40]) for text, *_ in REFUSED])

@@ -271,3 +271,11 @@ def test_the_track_of_a_ship_has_no_revolutions(tmp_path):
     assert trajectory.log.keys() == {"delta_r"}
     trajectory.save(tmp_path / "track.csv")
     assert "rpm" not in (tmp_path / "track.csv").read_text()
+
+
+def test_a_step_of_more_than_a_ship_length_is_refused(suboff, spiral):
+    """In it a boat does all that its derivatives say; at 7.5 m/s SUBOFF travels its length in 13.6 s."""
+    assert bs.simulate(suboff, spiral, dt=13.6, sample=13.6).status.shape == (1,)
+    for dt in (13.7, 1e5):
+        with refused("limit", "dt"):
+            bs.simulate(suboff, spiral, dt=dt)

@@ -8,6 +8,7 @@ from scipy import stats
 from support.refusals import refused
 
 from bayesub.model.coefficients import EQUATIONS
+from bayesub.problem import priors
 from bayesub.problem.priors import (
     CorrelatedNormal,
     Joint,
@@ -158,3 +159,24 @@ def test_bad_spreads(value):
     for make, key in ((relative_normal, "sd"), (relative_uniform, "half_width"), (relative_log_normal, "log_sd")):
         with refused("value", key):
             make(value)
+
+
+def test_widths_beyond_numbers_are_refused():
+    """So narrow beside what it is about that sensitivities are rounding errors, or so wide that it is no number."""
+    for make, key in (("relative_normal", "sd"), ("relative_uniform", "half_width"), ("relative_log_normal", "log_sd")):
+        for value in (1e-300, 0.9 * priors.NARROWEST, 2.0 * priors.WIDEST_SPREAD[key], 1e300):
+            with refused("value", key):
+                getattr(priors, make)(value)
+        getattr(priors, make)(priors.NARROWEST)
+    for mean in (0.0, -3.0):
+        for sd in (1e-300, 1e300):
+            with refused("value", "sd"):
+                priors.normal(mean, sd)
+    with refused("value", "upper - lower"):
+        priors.uniform(1.0, 1.0 + 1e-15)
+    with refused("value", "upper - lower"):
+        priors.uniform(-1e300, 1e300)
+    for median, log_sd, key in ((1.0, 1e-300, "log_sd"), (1.0, 100.0, "log_sd"), (-1e-300, 1.0, "log_sd times median")):
+        with refused("value", key):
+            priors.log_normal(median, log_sd)
+    priors.normal(0.0, 1e-12)  # of a small coefficient that may be nothing

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.io.atomic import locked, reason, replacing, writing
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, Remark
 
 _START = ("start.block", "start-copy.block")
 _DIGEST = hashlib.sha256().digest_size
@@ -150,7 +150,7 @@ class Checkpoint:
         return json.loads(str(arrays.pop("notes"))), arrays
 
     def _warn(self, sentence):
-        warnings.warn(f"{self.folder}: {sentence}", UserWarning, stacklevel=2)
+        warnings.warn(f"{self.folder}: {sentence}", Remark, stacklevel=2)
 
 
 def _state(notes, arrays) -> State:

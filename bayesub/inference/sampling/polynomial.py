@@ -103,8 +103,12 @@ def fitted(
     n, n_linear = len(z), 1 + z.shape[1]
     gram, moments = known.T @ known, known.T @ wanted
     gram[np.diag_indices(len(gram))] *= 1.0 + ridge
-    full = linalg.solve(gram, moments, assume_a="pos")
-    flat = linalg.solve(gram[:n_linear, :n_linear], moments[:n_linear], assume_a="pos")
+    # In units of each term, so that they are as regular as the ridge makes them however far places lie from the
+    # origin; units are powers of two, which round nothing.
+    units = np.exp2(-np.round(0.5 * np.log2(np.diag(gram))))[:, None]
+    gram, moments = units * gram * units.T, units * moments
+    full = units * linalg.solve(gram, moments, assume_a="pos")
+    flat = units[:n_linear] * linalg.solve(gram[:n_linear, :n_linear], moments[:n_linear], assume_a="pos")
     values = known @ full
     gained, misfit = values - known[:, :n_linear] @ flat, wanted - values
     noise = misfit.T @ misfit / max(n - len(full), 1)

@@ -1,6 +1,7 @@
 """Readers of what vehicles write: a module for each kind of log, whose library is imported when a file is read."""
 
 import importlib
+import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -77,14 +78,15 @@ def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
     if path.is_dir() and not KINDS[kind].is_folder:
         raise InputError(f"{path}: is a folder; name a file in it, such as {KINDS[kind].example}", "file")
     if not path.is_dir():
-        with toml_files.reading(path), path.open("rb") as file:
+        most = None if path.suffix == ".gz" else math.inf  # bags are read message by message
+        with toml_files.reading(path, most), path.open("rb") as file:
             if not file.read(1):
                 raise InputError(f"{path}: is empty", "format")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of libraries, about fields that nobody asked for
             log = reader.read(path, log_map)
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # whatever a library raises for a file that it cannot make out
         reason = str(error).strip().partition("\n")[0] or type(error).__name__

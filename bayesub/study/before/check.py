@@ -188,7 +188,10 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
     log = log_files.read_log(path, controls, ascending=False)
     times, headers = log["time"], log_files.headers(path, controls)
     text = f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {', '.join(headers)}"
-    return text, log_card.check(log, headers, controls, vehicles[-1] if vehicles else None)
+    card = log_card.check(log, headers, controls, vehicles[-1] if vehicles else None)
+    if vehicles and not any(finding.misread for finding in card.findings):  # whose remedies say more
+        vehicles[-1].check_log(log, str(path))
+    return text, card
 
 
 def _data_card(path: Path, setup: "Setup") -> "DataCard | None":

@@ -74,6 +74,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     """
     boat = load_vehicle(vehicle)
     log = log_files.read_log(data, boat.actuators.log_columns, weight_density=boat.weight_density_npm3)
+    boat.check_log(log, str(data))
     log, _ = with_commands(with_water(log, boat.actuators.members), boat.actuators)
     plane = _plane(boat, np.nan_to_num(values_of_log(boat.actuators, log, len(log["time"]), str(data))))
     changing = MOVING.get(plane, log_files.STATES)

@@ -110,7 +110,8 @@ class DesignFile(Section):
                 disturbance=disturbance,
                 subproblem=family.subproblem,
             )
-            judge.problem(typical, 0.1 * family.duration)  # which says what does not fit together
+            length_time = vehicle.length_m / vehicle.speed_mps
+            judge.problem(typical, min(0.1 * family.duration, length_time))  # which says what does not fit together
             return judge
 
 

@@ -103,6 +103,8 @@ class PriorSection(Section):
             )
         if self.by_axis and self.kind != "relative_hierarchical":
             raise InputError(f"by_axis is of a relative_hierarchical prior, found {self.kind}", "conflict")
+        if self.kind != "vehicle":
+            getattr(priors, self.kind)(getattr(self, wanted))  # refuses a width
         return self
 
     def build(

@@ -112,6 +112,7 @@ def read_trial(
             listed = (log_files.HEADERS.get(name, name) for name in log)
             raise InputError(f"{path}: ignore names '{column}', no column{nearest(column, listed)}", "unknown", column)
         del log[short]
+    vehicle.check_log(log, str(path))
     log = with_water(log, vehicle.actuators.members)
     length_time = vehicle.length_m / vehicle.speed_mps
     log, commanded = with_commands(log, vehicle.actuators)

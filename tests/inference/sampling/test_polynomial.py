@@ -122,3 +122,13 @@ def test_they_are_restored_bit_for_bit(rng):
     restored = Polynomials.restored(found.arrays())
     assert restored.degrees == RICH
     np.testing.assert_array_equal(restored(z), found(z))
+
+
+def test_places_far_out_are_fitted_without_a_warning(rng):
+    """Terms of very different sizes, as of a log that is off by many noise sds; the units of terms change no bit."""
+    active = directions(rng, 4, 2)
+    z, target = 2.0**10 * rng.standard_normal((400, 4)), polynomials(rng, active, PLAIN)
+    found, misfit = fitted(z, active, target(z), 0.0, ridge=1e-13)
+    assert np.abs(misfit).max() < 1e-6 * np.abs(target(z)).max()
+    near, _ = fitted(z / 2.0**10, active, target(z), 0.0, ridge=1e-13)
+    np.testing.assert_array_equal(found.linear[1:], near.linear[1:] / 2.0**10)

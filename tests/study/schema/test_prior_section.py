@@ -8,6 +8,7 @@ from scipy import stats
 from support import small_study
 from support.refusals import refused
 
+import bayesub as bs
 from bayesub.model import coefficients
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
 from bayesub.study.run import prepare as preparation
@@ -217,3 +218,17 @@ def test_correlations_of_the_vehicle_file(own_boat, of_own_boat):
         prior('centre = "perturbed"\n')
     with refused("conflict", "correlations"):
         prior('correlations = [["Yuv", "Nuu", 0.99]]\n')
+
+
+@pytest.mark.parametrize(
+    ("place", "text"),
+    {
+        "prior": '[prior]\nkind = "relative_hierarchical"\nlog_sd = 1e-300\n',
+        "prior.sd": '[prior]\nkind = "relative_normal"\nsd = 1e300\n',
+        "prior.given.Xuu": NORMAL + "[prior.given]\nXuu = { lower = 1.0, upper = 1.0000000000000002 }\n",
+        "nuisance.bias_yaw_deg": NORMAL + "[nuisance]\nbias_yaw_deg = { mean = 3.0, sd = 1e-300 }\n",
+    }.items(),
+)
+def test_a_width_that_is_none_names_its_key(prepared, place, text):
+    with pytest.raises(bs.InputError, match=re.escape(f"key '{place}': ")):
+        prepared(text)

@@ -6,6 +6,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.inference.baselines import gauss_newton
+from bayesub.io import toml_files
 from bayesub.logs import log_files
 from bayesub.problem.priors import normal, relative_normal
 from bayesub.sensors import Sensor, modified
@@ -255,3 +256,28 @@ def test_prescribed_angles_and_windows_that_cannot_be(options, kind, key):
     sensors = options.pop("sensors")
     with refused(kind, key):
         read_trial("slocum_comet", glider, sensors, subproblem="vertical", ignore=ignored, **options)
+
+
+@pytest.mark.parametrize(
+    ("column", "change", "kind", "header"),
+    [
+        ("rpm", lambda rpm: 0.0 * rpm, "data", "rpm"),
+        ("rpm", lambda rpm: 50.0 * rpm, "unit", "rpm"),
+        ("u_ground", lambda u: 100.0 * u, "unit", "u_ground_mps"),
+        ("v_ground", lambda v: np.where(np.arange(len(v)) == 100, -90.0, v), "unit", "v_ground_mps"),
+    ],
+)
+def test_what_this_boat_cannot_have_done_is_refused(rewritten, suboff, column, change, kind, header):
+    """A propeller that never turns, and speeds of more than ten times that of the trial."""
+    path = rewritten(lambda log: log.update({column: change(log[column])}))
+    with refused(kind, header):
+        read_trial(path, suboff, INSTRUMENTS, subproblem="horizontal")
+
+
+def test_real_logs_are_possible():
+    """Every log that comes with the package is read, and its boat can have done it."""
+    for name in toml_files.built_in("logs"):
+        boat = bs.load_vehicle(name)
+        log = log_files.read_log(toml_files.find_log(name), boat.actuators.log_columns)
+        boat.check_log(log, name)
+        assert len(log["time"]) > 1000
