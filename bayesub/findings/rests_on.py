@@ -11,6 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from bayesub.findings.set_up import AnyProblem
+from bayesub.findings.verdicts import CONTRADICTION, contradicted
 from bayesub.io.errors import InputError
 from bayesub.io.words import rounded, with_unit
 from bayesub.logs.log_files import HEADERS
@@ -23,7 +24,6 @@ SIZES = {"scale": 0.01, "actuator": 0.05, "clock": 0.1, "zero": 1.0}  # s, deg; 
 ALL_CLOCKS = "clock_offset_s"  # of all readings together, the key of a trial
 LISTED, QUOTED = 3, 6  # coefficients of a fault, and faults in the sentence
 WORTH = 1.0  # standard deviations, from which a sentence speaks of a change
-CONTRADICTED = 4.0  # standard deviations from where it is held: of twenty faults one in 800 right studies has one
 _NOTHING = 1e-6  # of G, round-off
 _WIDER = 2.0  # sd of a prior that is proposed, over the size that was found
 _NEARLY = 3.0  # nats, by which another fault may explain the log less well than the best, and is named too
@@ -118,9 +118,9 @@ def sentences(rows: Sequence[dict]) -> dict[str, str]:
 
 
 def _contradiction(rows) -> str:
-    told = sorted((row for row in rows if row["off"]), key=lambda row: -abs(row["off"]))
-    if not told or abs(told[0]["off"]) < CONTRADICTED:
+    if not contradicted(rows):
         return ""
+    told = sorted((row for row in rows if row["off"]), key=lambda row: -abs(row["off"]))
     least = told[0]["off"] ** 2 - 2.0 * _NEARLY
     likely = ", or ".join(
         f"{row['name']} were {rounded(row['told'], row['told_to'])} ± {row['told_to']:.2g} and not {row['held']:g} "
@@ -151,7 +151,7 @@ def _heavy(rows) -> str:
 def _remedy(row) -> str:
     if row["name"] == ALL_CLOCKS:
         return f"the trial {ALL_CLOCKS}, or each clock a prior in [nuisance] (a delay of all controls looks the same)"
-    far = abs(row["off"] or 0.0) >= CONTRADICTED
+    far = abs(row["off"] or 0.0) >= CONTRADICTION
     sd = max(row["size"], _WIDER * abs(row["told"] - row["held"])) if far else row["size"]
     return f"it a prior in [nuisance], such as {row['name']} = {{ mean = {row['held']:g}, sd = {sd:.2g} }}"
 

@@ -16,6 +16,7 @@ RIGHT = {
 }
 WRONG = {  # verdict -> the numbers that it follows from
     "in conflict with the prior": {"conflict": {"refuted": True}},
+    "contradicts itself": {"rests_on": [{"off": None}, {"off": -5.0}]},
     "does not predict": {"predictions": [{"predicts": True}, {"predicts": False}]},
     "does not fit": {"criticism": {"fits": False}},
     "not confirmed": {"cross_check": {"verdict": "disagree"}},
@@ -43,7 +44,7 @@ def test_each_fault_has_its_words_and_with_graver_ones_those_have_the_last_word(
 def test_statuses_differ_and_the_manual_lists_them():
     """0 only of what may be used; 1 is an unexpected failure and 2 bad input."""
     bad = {verdict: status for verdict, status in STATUS.items() if status > 2}
-    assert len(set(bad.values())) == len(bad) == 7
+    assert len(set(bad.values())) == len(bad) == 8
     assert {verdict for verdict, status in STATUS.items() if status == 0} == {
         "converged and fits",
         "claim holds",

@@ -78,7 +78,7 @@ def test_a_right_log_contradicts_nothing_and_its_drag_rests_on_the_scales(auv, f
     """
     _, _, rows, sentences = said(auv, *flown)
     assert "contradiction" not in sentences
-    assert max(abs(row["off"]) for row in rows.values() if row["off"]) < rests_on.CONTRADICTED
+    assert max(abs(row["off"]) for row in rows.values() if row["off"]) < rests_on.CONTRADICTION
     for name, share in (("scale_propeller", 0.05), ("scale_u_ground", 0.02)):
         move = rows[name]["moves"][0]
         assert move["name"] == "Xuu"
@@ -98,7 +98,7 @@ def test_what_is_wrong_with_sensors_is_named(auv, flown, name, change, truth):
     """As far off as it is, within four of its standard deviations, where another column knows it as well."""
     _, _, rows, sentences = said(auv, flown[0], changed(flown[1], change))
     assert f"{name} were" in sentences["contradiction"]
-    assert abs(rows[name]["off"]) > rests_on.CONTRADICTED
+    assert abs(rows[name]["off"]) > rests_on.CONTRADICTION
     assert rows[name]["told"] == pytest.approx(truth, abs=max(4.0 * rows[name]["told_to"], 0.2 * abs(truth)))
 
 
