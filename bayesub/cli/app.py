@@ -6,7 +6,7 @@ import warnings
 
 import click
 
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, one_line
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, complain, console
 
@@ -51,7 +51,7 @@ def main() -> None:
     try:
         with warnings.catch_warnings(), interruptible():
             console.quiet = False
-            warnings.showwarning = lambda message, *_: print(f"bayesub: {message}", file=sys.stderr)
+            warnings.showwarning = lambda message, *_: print(f"bayesub: {one_line(str(message))}", file=sys.stderr)
             sys.exit(app(prog_name="bayesub", standalone_mode=False))
     except InputError as error:
         complain(str(error), BAD_INPUT)

@@ -1,26 +1,41 @@
 """The words of the command line: sentences, progress bars, exit status."""
 
 import sys
-from typing import NoReturn, Protocol
+from collections.abc import Iterator
+from typing import Any, NoReturn, Protocol
 
 import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.segment import Segment
 from rich.text import Text
+
+from bayesub.io.errors import printable
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
-console = Console(highlight=False, markup=False)
+
+class _Console(Console):
+    """A console on which no text that is shown moves the cursor, sets colours or turns the direction."""
+
+    def render(self, *given: Any, **options: Any) -> Iterator[Segment]:
+        """Segments of a renderable, whose texts are printable line by line."""
+        for segment in super().render(*given, **options):
+            text = segment.text if segment.control else "\n".join(map(printable, segment.text.split("\n")))
+            yield segment._replace(text=text)
+
+
+console = _Console(highlight=False, markup=False)
 
 
 def say(sentence: str) -> None:
     """One line on standard output, never broken."""
-    console.print(sentence, soft_wrap=True)
+    console.print(printable(sentence), soft_wrap=True)
 
 
 def complain(sentence: str, status: int) -> NoReturn:
     """One line on standard error, and the end."""
-    print(f"bayesub: {sentence}", file=sys.stderr)
+    print(f"bayesub: {printable(sentence)}", file=sys.stderr)
     sys.exit(status)
 
 
