@@ -29,8 +29,8 @@ console = _Console(highlight=False, markup=False)
 
 
 def say(sentence: str) -> None:
-    """One line on standard output, never broken."""
-    console.print(printable(sentence), soft_wrap=True)
+    """A sentence on standard output, whose lines are never broken."""
+    console.print(sentence, soft_wrap=True)
 
 
 def complain(sentence: str, status: int) -> NoReturn:

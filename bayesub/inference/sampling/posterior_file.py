@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from bayesub.inference.sampling.posterior import DIAGNOSTICS, Criteria, Posterior
-from bayesub.io.atomic import replacing
+from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError
 
 # Attributes of a posterior that are attributes of its file, and their types.
@@ -65,12 +65,9 @@ def to_arviz(posterior: Posterior) -> Any:
 
 def save(posterior: Posterior, path: Path) -> None:
     """Write ``posterior.nc``: the draws that convergence was judged by, and what they said."""
-    tree = xr.DataTree.from_dict(to_datasets(posterior))
-    try:
-        with replacing(path) as partial:
-            tree.to_netcdf(partial, engine="h5netcdf")
-    except (OSError, RuntimeError) as error:  # HDF5 says RuntimeError when closing a file that it could not write
-        raise InputError(f"{path}: cannot be written: {error}", "file") from None
+    content = xr.DataTree.from_dict(to_datasets(posterior)).to_netcdf(engine="h5netcdf")
+    with writing(path), replacing(path) as partial:  # from memory: HDF5 does not survive a disk that is full
+        partial.write_bytes(content)
 
 
 def load(path: Path) -> Posterior:

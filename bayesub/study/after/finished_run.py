@@ -89,7 +89,7 @@ def config_of_study(folder: Path, advice: str = "give the folder of the run of a
     """
     config = saved_config(folder)
     if config is None:
-        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing", "state", CONFIG)
+        raise InputError(f"{folder}: is not a run folder, there is no {CONFIG} of a run", "state", CONFIG)
     for key, command in OTHERS.items():
         if key in config:
             raise InputError(f"{folder}: is a {key}; {advice.format(command)}", "state", key)
