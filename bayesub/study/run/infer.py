@@ -20,11 +20,12 @@ from bayesub.io.terminal import Progress, duration
 from bayesub.logs import log_files
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
+from bayesub.model.quantities import recorded
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
 from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
-from bayesub.study.provenance import origin
+from bayesub.study.provenance import file_digest, origin
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.result import StudyResult, verdict_on
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
@@ -32,7 +33,7 @@ from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, save
 if TYPE_CHECKING:
     from bayesub.logs.series import Finding
 
-POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
+POSTERIOR, ESTIMATES, MODE, DERIVED = "posterior.nc", "estimates.json", "mode.json", "derived.json"
 
 
 def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
@@ -181,6 +182,7 @@ def conclude(
     spectrum = identifiability.fisher(setup.problem, posterior.best)
     taken = seconds.get("all before the report", sum(seconds.values()))
     made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
+    kept: dict[str, list[list[float]]] = {quantity.name: [] for quantity in setup.quantities}
     numbers = write_report(
         folder,
         setup.problem,
@@ -190,9 +192,13 @@ def conclude(
         study=ReportedStudy(study.name, study.question, study.seed, seconds, context.commit, made),
         check=check,
         predictions=predictions,
-        quantities=setup.quantities,
+        quantities=[recorded(quantity, kept[quantity.name]) for quantity in setup.quantities],
         pdf=context.pdf,
     )
+    files = [POSTERIOR, ESTIMATES, *(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]
+    if kept:  # so that a report is drawn again without running their functions
+        write_text(folder / DERIVED, json.dumps(kept))
+        files.append(DERIVED)
     return StudyResult(
         name=study.name,
         question=study.question,
@@ -200,6 +206,7 @@ def conclude(
         folder=str(folder),
         sentences=numbers["verdict"],
         shortcomings=tuple(posterior.shortcomings),
+        files_sha256={name: file_digest(folder / name) for name in files},
     )
 
 

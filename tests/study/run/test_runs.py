@@ -13,6 +13,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.cli import app
+from bayesub.io.atomic import write_text
 from bayesub.io.terminal import SILENT
 from bayesub.study import provenance
 from bayesub.study.after.finished_run import redraw
@@ -203,7 +204,7 @@ def test_the_index_shows_the_first_picture_of_a_page(studies, tmp_path):
     (folder / "arrays.npz").unlink()
     (folder / "b_holds.md").unlink()
     with refused("state", "arrays.npz"):
-        redraw(folder)
+        redraw(folder, run_code=True)
     text = (folder / "b_holds.md").read_text()
     for words in (
         "*first.* What is first.",
@@ -286,7 +287,7 @@ def test_what_is_stale_runs_again_and_says_why(only, tmp_path, capsys, monkeypat
     """After a change of the sources or of the study; --keep-stale leaves it."""
     out = tmp_path / "out"
     run(only, "-o", out, capsys=capsys)
-    (out / "b_holds" / "mark").touch()
+    write_text(out / "b_holds" / "mark", "")  # one of ours, which goes with its run
     with monkeypatch.context() as changed:
         changed.setattr(provenance, "sources_digest", lambda: "other")
         _, text = run(only, "-o", out, "--keep-stale", capsys=capsys)
