@@ -97,7 +97,7 @@ def load_result(folder: Path) -> StudyResult | None:
     for name, digest in digests.items():
         if (folder / name).exists() and file_digest(folder / name) != digest:
             text = f"{folder}: {name} is damaged or was changed since the run; run the study again"
-            raise InputError(text, "state", name)
+            raise InputError(text, "format", name)
     return result
 
 

@@ -174,7 +174,7 @@ def test_folders_that_are_no_finished_run(run, tmp_path, bayesub):
         ("script", "state", ""),
         ("drawless", "state", "posterior.nc"),
         ("broken", "format", ""),
-        ("damaged", "format", ""),
+        ("damaged", "format", "posterior.nc"),
     )
     for name, kind, key in expected:
         status, out, err = bayesub("export", tmp_path / name, "-o", tmp_path / "known.toml")
@@ -228,7 +228,7 @@ def test_the_suffix_gives_way_to_the_option(exported):
     ("file", "content"),
     [
         ("posterior.nc", None),  # draws that were changed, with a digest of their own
-        ("estimates.json", b"[]"),
+        ("estimates.json", b"{}"),
         ("outcome.json", b""),
         ("outcome.json", b"[]"),
         ("outcome.json", b'{"good": true, "name": "small"}'),

@@ -19,6 +19,8 @@ from bayesub.study import provenance
 from bayesub.study.after.finished_run import redraw
 from bayesub.study.run import runs
 from bayesub.study.run.result import load_result
+from bayesub.study.run.run_folder import open_folder
+from bayesub.study.run.script import FUNCTIONS, Script
 
 HOLDS = '''"""Does it hold?"""
 def compute(run):
@@ -85,8 +87,8 @@ def run(*arguments, capsys):
 
 
 def report(*arguments, capsys):
-    """As `run`, of the command `report`."""
-    status = app.app.main(["report", *map(str, arguments)], prog_name="bayesub", standalone_mode=False)
+    """As `run`, of the command `report`, which may run the script."""
+    status = app.app.main(["report", "--run-code", *map(str, arguments)], prog_name="bayesub", standalone_mode=False)
     return status or 0, capsys.readouterr().out
 
 
@@ -382,3 +384,27 @@ def test_a_result_is_what_a_run_returns_and_keeps(studies, tmp_path):
     )
     assert load_result(tmp_path / "run") == result
     assert result.seconds > 0.0
+
+
+@pytest.mark.parametrize("study", [None, "mine.py"])
+def test_a_folder_from_elsewhere_runs_no_code_unless_that_is_said(tmp_path, bayesub, study):
+    """It names the script, and its digest is right, since whoever makes the folder makes both."""
+    code = '"""Is it?"""\nopen("ran", "w")\n' + "".join(f"def {name}(*_): ...\n" for name in FUNCTIONS)
+    path = tmp_path / "gift.py"
+    path.write_text(
+        code.replace('"ran"', repr(str(tmp_path / "ran"))).replace(
+            "def claims(*_): ...", "def claims(_): yield True, ''"
+        )
+    )
+    folder = tmp_path / "gift"
+    with open_folder(folder, Script(path).config()):
+        write_text(folder / "numbers.json", "{}")
+    for _ in range(2):
+        status, _, error = bayesub("report", folder)
+        assert (status, error.count("\n")) == (2, 1)
+        assert str(path) in error
+        assert "--run-code" in error
+        assert not (tmp_path / "ran").exists()
+    told = ("--run-code",) if study is None else ("--study", path)
+    assert bayesub("report", folder, *told)[0] == 0
+    assert (tmp_path / "ran").exists()

@@ -99,7 +99,9 @@ def test_a_run_keeps_the_function_and_draws_again_with_the_copy(tmp_path, few_fi
 def test_no_code_of_a_run_folder_runs_unless_that_is_said(tmp_path, finished, monkeypatch, bayesub):
     """Values of derived quantities are kept; without them the refusal names the file and the option."""
     (tmp_path / "mine.py").write_text("def heading_deg(boats):\n    return boats.xi[:, 0]\n")
-    path = small_study.write(tmp_path / "study.toml", **small_study.TINY, derived=[TABLE | {"function": "mine.py:heading_deg"}])
+    path = small_study.write(
+        tmp_path / "study.toml", **small_study.TINY, derived=[TABLE | {"function": "mine.py:heading_deg"}]
+    )
     run = tmp_path / "run"
     small_study.run(path, run)
     (code,) = (run / "inputs").glob("*-mine.py")
@@ -108,8 +110,8 @@ def test_no_code_of_a_run_folder_runs_unless_that_is_said(tmp_path, finished, mo
     path.parent.joinpath("mine.py").write_text(code.read_text())
     other = finished()
     monkeypatch.chdir(tmp_path)
-    for command in ("check study.toml", "report run", "export run -o k.toml", "predict run zigzag_20_20 -o p --draws 40",
-                    f"compare run {other} -o c --draws 40"):  # fmt: skip
+    predicted = ("predict run zigzag_20_20 -o p --draws 40", f"compare run {other} -o c --draws 40")
+    for command in ("check study.toml", "report run", "export run -o k.toml", *predicted):
         status, _, error = bayesub(*command.split())
         assert status < 2, error
         assert not ran.exists(), command
