@@ -389,7 +389,9 @@ def test_a_result_is_what_a_run_returns_and_keeps(studies, tmp_path):
 @pytest.mark.parametrize("study", [None, "mine.py"])
 def test_a_folder_from_elsewhere_runs_no_code_unless_that_is_said(tmp_path, bayesub, study):
     """It names the script, and its digest is right, since whoever makes the folder makes both."""
-    code = '"""Is it?"""\nopen("ran", "w")\n' + "".join(f"def {name}(*_): ...\n" for name in FUNCTIONS)
+    code = '"""Is it?"""\nfrom pathlib import Path\nPath("ran").touch()\n' + "".join(
+        f"def {name}(*_): ...\n" for name in FUNCTIONS
+    )
     path = tmp_path / "gift.py"
     path.write_text(
         code.replace('"ran"', repr(str(tmp_path / "ran"))).replace(
