@@ -27,7 +27,7 @@ from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import file_digest, origin
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.result import StudyResult, verdict_on
+from bayesub.study.run.result import RESULT, StudyResult, verdict_on
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
 
 if TYPE_CHECKING:
@@ -196,7 +196,7 @@ def conclude(
         pdf=context.pdf,
     )
     files = [POSTERIOR, ESTIMATES, *(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]
-    if kept:  # so that a report is drawn again without running their functions
+    if kept and not (folder / RESULT).exists():  # a run, after which reports need not run these functions
         write_text(folder / DERIVED, json.dumps(kept))
         files.append(DERIVED)
     return StudyResult(

@@ -125,7 +125,8 @@ def test_no_code_of_a_run_folder_runs_unless_that_is_said(tmp_path, finished, mo
     assert f"run/inputs/{code.name}" in error
     assert "--run-code" in error
     assert not ran.exists()
-    assert bayesub("report", "run", "--run-code")[0] < 2
+    status, _, error = bayesub("report", "run", "--run-code")
+    assert status < 2, error
     assert ran.exists()
 
 
