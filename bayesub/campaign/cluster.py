@@ -1,6 +1,7 @@
 """Workers of Dask, which hands out pieces, tries them again, and copes with lost workers; what ``--dask`` names."""
 
 import contextlib
+import importlib.util
 import logging
 import math
 import re
@@ -149,9 +150,15 @@ def _target(text: str) -> tuple[Any, float]:
         return text, WORKER_S
     if match := re.fullmatch(r"local:([1-9]\d*)", text):
         from distributed import LocalCluster
+        from distributed.security import Security
 
-        options = {"threads_per_worker": 1, "processes": True, "dashboard_address": ":0", "silence_logs": "CRITICAL"}
-        return LocalCluster(int(match[1]), **options, preload=[_DEAF]), WORKER_S
+        if importlib.util.find_spec("cryptography") is None:
+            text = "--dask local:N needs cryptography for its certificates: pip install 'bayesub[cluster]'"
+            raise InputError(text, "install", "cryptography")
+        # Other users of the host reach the loopback interface: certificates that only this process has keep them out.
+        options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "security": Security.temporary()}
+        options |= {"threads_per_worker": 1, "processes": True, "silence_logs": "CRITICAL", "preload": [_DEAF]}
+        return LocalCluster(int(match[1]), protocol="tls", **options), WORKER_S
     forms = "tcp://host:port, tls://host:port, local:N, or a YAML file"
     raise InputError(f"--dask {text}: expected {forms}", "value", "--dask")
 
@@ -190,7 +197,7 @@ def configured(settings: dict[str, Any], name: str) -> tuple[Any, float]:
     import dask_jobqueue.local
 
     signal.signal(signal.SIGINT, interrupt)  # which the import replaces
-    options: dict[str, Any] = {"cores": 1, "scheduler_options": {"dashboard_address": ":0"}}
+    options: dict[str, Any] = {"cores": 1, "scheduler_options": {"dashboard_address": "127.0.0.1:0"}}
     options |= {key.replace("-", "_"): value for key, value in given.items()}
     kind = f"{CLASSES[queue]}Cluster"
     try:

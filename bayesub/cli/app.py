@@ -10,7 +10,7 @@ import click
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, Remark, one_line
 from bayesub.io.interrupts import interruptible
-from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, complain, console, printable
+from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, accept_all_letters, complain, console
 
 # Command -> the module and the name of its click command. These modules import what their command computes with in the
 # function of the command, so that help and completion start at once.
@@ -54,7 +54,7 @@ def main() -> None:
     So is what the operating system refuses, an output that is full among it. Of warnings those are printed that are
     ours; those of libraries say nothing that a user could do (tests make errors of them, so that causes are mended).
     """
-    printable()
+    accept_all_letters()
     try:
         with warnings.catch_warnings(), interruptible():
             console.quiet = False
@@ -82,7 +82,7 @@ def main() -> None:
 
 def _show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
     if issubclass(category, Remark):
-        print(f"bayesub: {message}", file=sys.stderr)
+        print(f"bayesub: {one_line(str(message))}", file=sys.stderr)
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

@@ -8,7 +8,7 @@ import click
 
 from bayesub.cli.arguments import KIND, PATH
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, printable
 from bayesub.io.terminal import say
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def signal_lines(log: "VehicleLog") -> list[str]:
             [f"{t - zero:.6g}" for t in (signal.times.min(), signal.times.max())] if len(signal.times) else ["-", "-"]
         )
         rate = f"{1.0 / signal.interval:.3g}" if signal.interval > 0 else "-"
-        rows.append((name, signal.unit or "-", str(len(values)), rate, *span, *ends))
+        rows.append((printable(name), printable(signal.unit or "-"), str(len(values)), rate, *span, *ends))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines += ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
     lines += [f"  times count from {_zero(zero).removeprefix('0 s is ')}"] if zero else []

@@ -17,16 +17,23 @@ FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "m
 @click.argument("folder", type=PATH, metavar="DIR")
 @pdf_option
 @click.option(
+    "--run-code", is_flag=True, help="Run the Python code that the run folder keeps or names, if you trust it."
+)
+@click.option(
     "--study",
     type=PATH,
     metavar="FILE",
     help="Script to draw with, for the run of a script that is not where it was, or has changed.",
 )
-def report(folder: Path, pdf: bool, study: Path | None) -> None:
-    """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere."""
+def report(folder: Path, pdf: bool, study: Path | None, run_code: bool) -> None:
+    """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere.
+
+    No code runs that lies in the folder or that it names, unless --run-code is given: the run of a script needs it, or
+    --study.
+    """
     from bayesub.study.after.finished_run import redraw
 
-    result = redraw(folder, study=study, pdf=pdf)
+    result = redraw(folder, study=study, run_code=run_code, pdf=pdf)
     tell(result)
     end(result.verdict)
 

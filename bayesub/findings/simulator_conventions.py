@@ -13,7 +13,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from bayesub.io.errors import one_line
+from bayesub.io.errors import printable
+from bayesub.io.words import matlab
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.equations.regressors import parse
 from bayesub.model.vehicles import Vehicle, mass_matrix
@@ -110,7 +111,7 @@ def _why_not(term: Term) -> str:
 
 def _head(boat: Boat, source: str) -> list[str]:
     lines = [
-        f"{one_line(boat.vehicle.name)}, {source}: posterior means, bayesub {metadata.version('bayesub')}",
+        f"{boat.vehicle.name}, {source}: posterior means, bayesub {metadata.version('bayesub')}",
         f"Equations '{boat.equations.name}' of bayesub; axes of SNAME, angles in rad, SI units.",
     ]
     if boat.equations.rigid_body_terms == "in_coefficients":
@@ -140,9 +141,9 @@ def mss(vehicle: Vehicle, known: Known, source: str) -> str:
     """
     boat = Boat(vehicle, known)
     rows, others = _counterparts(boat)
-    lines = [f"% {line}" for line in _head(boat, source)]
+    lines = [f"% {printable(line)}" for line in _head(boat, source)]
     lines += ["% Names and scales of npsauv.m in MSS: r2 = rho/2 L^2 .. r5 = rho/2 L^5; what is not here is zero.", ""]
-    lines.append(f"vehicle.name = '{one_line(vehicle.name).replace(chr(39), chr(39) * 2)}';")
+    lines.append(f"vehicle.name = {matlab(vehicle.name)};")
     for key, value in _scalars(boat).items():
         text = f"[{' '.join(map(_number, value))}]" if isinstance(value, list) else _number(value)
         lines.append(f"vehicle.{key} = {text};")
@@ -157,7 +158,8 @@ def mss(vehicle: Vehicle, known: Known, source: str) -> str:
         lines += ["", "% Without counterpart:"]
     for term in others:
         k = boat.equations.index[term.name]
-        lines.append(f"% {term.name} = {_number(boat.xi[k])} on {term.scale} {term.regressor}: {_why_not(term)}")
+        what = f"{term.name} = {_number(boat.xi[k])} on {term.scale} {term.regressor}: {_why_not(term)}"
+        lines.append(f"% {printable(what)}")
     return "\n".join(lines) + "\n"
 
 
@@ -222,7 +224,7 @@ def pvs(vehicle: Vehicle, known: Known, source: str) -> str:
         lines.append(f"vehicle.x_{fin} = {_number(arm)}  # {turning.name} over {force.name}")
     others = [t for k, t in enumerate(boat.equations.terms) if t.name not in used and boat.xi[k] != 0.0]
     values = ((t, float(boat.xi[boat.equations.index[t.name]])) for t in others)
-    comments = [f"# {t.name} = {_number(value)} on {t.scale} {t.regressor}" for t, value in values]
+    comments = [f"# {printable(f'{t.name} = {_number(value)} on {t.scale} {t.regressor}')}" for t, value in values]
     head = [
         *_head(boat, source),
         "",
@@ -232,4 +234,4 @@ def pvs(vehicle: Vehicle, known: Known, source: str) -> str:
     body = [f"    {line}" for line in lines]
     rest = ["", "# Without counterpart in remus100.py:", *comments] if comments else []
     imports = ["", "import numpy as np", "", "", "def apply(vehicle):"]
-    return "\n".join([*(f"# {line}".rstrip() for line in head), *imports, *body, *rest]) + "\n"
+    return "\n".join([*(f"# {printable(line)}".rstrip() for line in head), *imports, *body, *rest]) + "\n"

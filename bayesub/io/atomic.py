@@ -1,9 +1,9 @@
 """Files that are written whole or not at all, and folders that one process at a time works in."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path, PurePosixPath
 
 import filelock
 
@@ -11,6 +11,7 @@ from bayesub.io.errors import InputError
 
 PARTIAL = ".partial"
 LOCK = ".lock"
+LEDGER = ".files"  # of a folder of ours: a line for each file that was written into it, relative to the folder
 
 
 def reason(error: OSError) -> str:
@@ -29,9 +30,16 @@ def writing(path: Path) -> Iterator[None]:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A path to write to, which becomes `path` when the block ends: at any moment there is the old file or the new."""
+    """A path to write to, which becomes `path` when the block ends: at any moment there is the old file or the new.
+
+    What stands there as a link is replaced, and not what it leads to. In a folder with a ledger the file is entered.
+    """
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: cannot be written: is no regular file", "file")
     partial = path.with_name(path.name + PARTIAL)
+    partial.unlink(missing_ok=True)  # it may be a link
     try:
+        _enter(path)
         yield partial
         with partial.open("rb") as file:
             os.fsync(file.fileno())
@@ -39,6 +47,38 @@ def replacing(path: Path) -> Iterator[Path]:
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
+
+
+def _enter(path: Path) -> None:
+    """Add a file to the ledger of the nearest folder above it that has one."""
+    place = path.absolute()
+    folder = next((one for one in place.parents if (one / LEDGER).is_file() and not (one / LEDGER).is_symlink()), None)
+    if folder is not None and (name := place.relative_to(folder).as_posix()) not in entered(folder):
+        with (folder / LEDGER).open("a", encoding="utf-8") as ledger:
+            ledger.write(f"{name}\n")
+
+
+def entered(folder: Path) -> list[str]:
+    """The files in the ledger of a folder, relative to it; those of a damaged or foreign one that lie in the folder."""
+    try:
+        names = (folder / LEDGER).read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError):
+        return []
+    return [name for name in names if name and not PurePosixPath(name).is_absolute() and ".." not in name.split("/")]
+
+
+def remove(folder: Path, names: Iterable[str]) -> None:
+    """Remove files of a folder, and folders in it that are empty then; of a link on the way only the link."""
+    for name in names:
+        place = folder
+        for part in name.split("/"):
+            place /= part
+            if place.is_symlink() or place.is_file():
+                place.unlink()
+                break
+        for above in [one for one in place.parents if folder in one.parents]:
+            with suppress(OSError):
+                above.rmdir()
 
 
 def write_text(path: Path, text: str) -> None:
@@ -62,6 +102,7 @@ def locked(folder: Path) -> Iterator[None]:
     with writing(folder):
         try:
             lock.acquire()
+            _enter(folder / LOCK)
         except filelock.Timeout:  # an OSError too
             message = f"{folder}: another run is at work in it; wait for it, or choose another folder"
             raise InputError(message, "state") from None

@@ -8,13 +8,14 @@ LONGEST = 600  # characters of a message; what a file contains may be longer
 _END = 96  # characters at the end of a message that is too long; the remedy stands there
 
 
-def one_line(text: str) -> str:
-    """A text as one line that can be printed.
+def printable(text: str) -> str:
+    r"""A text as one line: line breaks, controls of the terminal and of direction as in a Python string, ``\\x1b``."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
-    Characters that cannot be printed are written as in a Python string, and a text of more than :data:`LONGEST`
-    characters loses its middle.
-    """
-    line = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+def one_line(text: str) -> str:
+    """A :func:`printable` text of at most :data:`LONGEST` characters: a longer one loses its middle."""
+    line = printable(text)
     return line if len(line) <= LONGEST else f"{line[: LONGEST - _END - 4]} .. {line[-_END:]}"
 
 

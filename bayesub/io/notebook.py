@@ -8,7 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bayesub.io.atomic import writing
+from bayesub.io.atomic import replacing, writing
 
 _GROUP = "bayesub.displays"  # entry points: modules with a table DISPLAYS, name of a class -> Display
 
@@ -24,8 +24,8 @@ class Picture:
 
     def save(self, path: str | Path) -> None:
         """Write it to a PNG file; InputError if that cannot be written."""
-        with writing(Path(path)):
-            Path(path).write_bytes(self.png)
+        with writing(Path(path)), replacing(Path(path)) as partial:
+            partial.write_bytes(self.png)
 
     def __repr__(self) -> str:
         return f"Picture of {len(self.png)} bytes; save(path) writes a PNG file"

@@ -3,19 +3,34 @@
 import contextlib
 import io
 import sys
-from typing import NoReturn, Protocol
+from collections.abc import Iterator
+from typing import Any, NoReturn, Protocol
 
 import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.segment import Segment
 from rich.text import Text
+
+from bayesub.io.errors import printable
 
 BAD_INPUT, INTERRUPTED = 2, 130  # the others are those of verdicts
 
-console = Console(highlight=False, markup=False)
+
+class _Console(Console):
+    """A console on which no text that is shown moves the cursor, sets colours or turns the direction."""
+
+    def render(self, *given: Any, **options: Any) -> Iterator[Segment]:
+        """Segments of a renderable, whose texts are printable line by line."""
+        for segment in super().render(*given, **options):
+            text = segment.text if segment.control else "\n".join(map(printable, segment.text.split("\n")))
+            yield segment._replace(text=text)
 
 
-def printable() -> None:
+console = _Console(highlight=False, markup=False)
+
+
+def accept_all_letters() -> None:
     """Have what a terminal's encoding lacks written as in a Python string, in place of an error."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -23,14 +38,14 @@ def printable() -> None:
 
 
 def say(sentence: str) -> None:
-    """One line on standard output, never broken."""
+    """A sentence on standard output, whose lines are never broken."""
     console.print(sentence, soft_wrap=True)
 
 
 def complain(sentence: str, status: int) -> NoReturn:
     """One line on standard error, and the end."""
     with contextlib.suppress(OSError):  # a full one
-        print(f"bayesub: {sentence}", file=sys.stderr, flush=True)
+        print(f"bayesub: {printable(sentence)}", file=sys.stderr, flush=True)
     sys.exit(status)
 
 

@@ -11,7 +11,6 @@ import stat
 import tomllib
 import types
 import typing
-import unicodedata
 import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -23,7 +22,7 @@ import pydantic
 from pydantic_core import CoreSchema, core_schema
 
 from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, nearest, printable
 
 DATA = resources.files("bayesub") / "data"
 
@@ -45,7 +44,7 @@ class Section(pydantic.BaseModel):
     """A table of an input file.
 
     Errors are unknown keys, values of another type than the key's, numbers that are not finite or too large for their
-    unit, and control characters in texts.
+    unit, and texts of more than one line or with characters that cannot be seen.
     """
 
     model_config = pydantic.ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, strict=True)
@@ -59,8 +58,8 @@ class Section(pydantic.BaseModel):
     @classmethod
     def _sensible(cls, value, info: pydantic.ValidationInfo):
         for one in _single(value):
-            if isinstance(one, str) and any(unicodedata.category(c) == "Cc" and c not in "\n\t" for c in one):
-                raise ValueError(f"must not contain control characters, found {one!r}")
+            if isinstance(one, str) and printable(seen := one.replace("\xa0", " ")) != seen:
+                raise ValueError(f"must be one line without control characters, found {one!r}")
             most = largest(info.field_name or "")
             if isinstance(one, float) and abs(one) > most:
                 raise InputError(f"{one:g} is beyond {most:g}; check the unit", "unit")
@@ -117,9 +116,9 @@ def _as_tuple(value):
 
 
 def _single(value) -> Iterator:
-    """The numbers and texts of a value that may be a tuple."""
-    if isinstance(value, tuple):
-        for part in value:
+    """The numbers and texts of a value that may be a tuple or a table."""
+    if isinstance(value, tuple | dict):
+        for part in (*value, *value.values()) if isinstance(value, dict) else value:
             yield from _single(part)
     else:
         yield value

@@ -5,11 +5,41 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bayesub.io.errors import printable
+
 _PLACES = 9  # after the point, beyond which numbers have a power of ten
 _LARGE = 1e5  # sd from which values have a power of ten
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNITS = {"mps": "m/s", "degps": "deg/s", "mps2": "m/s²", "degps2": "deg/s²", "kgm2": "kg m²", "n": "N"}
 _UNITS |= {"m": "m", "deg": "deg", "s": "s", "kg": "kg"}
+
+# What the label and the unit of a coefficient may be, so that they are formulae of LaTeX and nothing else: letters,
+# signs, and commands of mathematics. Two carets would write any character.
+_COMMANDS = "dot ddot bar hat tilde vec mathrm mathit mathbf left right vert mid cdot times prime sin cos"
+_COMMANDS += (
+    " alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa lambda mu nu xi pi rho sigma"
+)
+_COMMANDS += " tau upsilon phi varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
+_COMMAND = rf"\\(?:(?:{'|'.join(_COMMANDS.split())})(?![A-Za-z])|[,;:! |])"
+LABEL = re.compile(rf"(\$?)(?:[\w '|{{}},.+\-*/=()]|\^(?!\^)|{_COMMAND})+\1")
+UNIT = re.compile(r"(?:[\w °·/*.+\-()]|\^(?!\^))+")
+_LATEX = str.maketrans({c: f"\\{c}" for c in "{}$&#_%"} | {"\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\~{}"})
+_MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*[]$"} | {"&": "&amp;", "<": "&lt;", ">": "&gt;", "|": "&#124;"})
+
+
+def latex(text: str) -> str:
+    """A text as LaTeX that shows it."""
+    return printable(text).translate(_LATEX)
+
+
+def markdown(text: str) -> str:
+    """A text as Markdown that shows it, also in a cell of a table: no tags, links, pictures or columns."""
+    return printable(text).translate(_MARKDOWN)
+
+
+def matlab(text: str) -> str:
+    """A text as a literal of Matlab."""
+    return f"'{printable(text).replace(chr(39), chr(39) * 2)}'"
 
 
 def listed(names: Sequence[str], otherwise: str = "") -> str:

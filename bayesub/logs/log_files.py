@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.io import toml_files
-from bayesub.io.atomic import writing
+from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.units import DEGREE, KNOT
 
@@ -276,5 +276,6 @@ def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
     known = [name for name in HEADERS if name in log]
     names = known + [name for name in log if name not in HEADERS]
     table = pd.DataFrame({HEADERS.get(name, name): log[name] / si_factor(name) for name in names})
-    with writing(path):
-        table.to_csv(path, index=False, float_format=WRITTEN)
+    with writing(path), replacing(path) as partial:
+        compression = "gzip" if path.suffix == ".gz" else None
+        table.to_csv(partial, index=False, float_format=WRITTEN, compression=compression)

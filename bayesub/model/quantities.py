@@ -6,7 +6,7 @@ sources stand in :mod:`bayesub.model.standard_manoeuvres` and :mod:`bayesub.mode
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,23 @@ class Quantity:
     def values(self, vehicle: Vehicle, xi: np.ndarray) -> np.ndarray:
         """The quantity (n,) of coefficient sets (n, n_terms) of a vehicle, in one batch."""
         return self.of(Boats(vehicle, np.atleast_2d(xi)))
+
+
+def recorded(quantity: Quantity, values: list[list[float]]) -> Quantity:
+    """The same, which adds what it gives of each batch to a list."""
+
+    def function(boats: Boats) -> np.ndarray:
+        found = quantity.function(boats)
+        values.append(found.tolist())
+        return found
+
+    return replace(quantity, function=function)
+
+
+def replayed(quantity: Quantity, reference: list, prior: list, posterior: list) -> Quantity:
+    """The same, which gives what was :func:`recorded` of these batches, in their order, and runs no function."""
+    batches = iter([np.array(values, dtype=float) for values in (reference, prior, posterior)])
+    return replace(quantity, function=lambda _: next(batches))
 
 
 def gradient(vehicle: Vehicle, quantity: Quantity, columns: Sequence[int] | np.ndarray) -> np.ndarray:

@@ -14,6 +14,9 @@ from fnmatch import fnmatchcase
 from statistics import mean, median
 from typing import Any
 
+from bayesub.io.words import LABEL
+from bayesub.io.words import markdown as plain
+
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")
 _WORD = re.compile(r"\w+")
 _REDUCE: dict[str, Callable] = {"min": min, "max": max, "mean": mean, "median": median, "sum": sum, "count": len}
@@ -102,7 +105,7 @@ def glossary(coefficients: Sequence[Mapping[str, str]], words: str) -> list[str]
     """The coefficients that a text names, with symbol, code name, regressor and meaning; empty if it names none."""
     names = set(_WORD.findall(words))
     rows = [
-        (symbol(c["label"]), f"`{c['name']}`", f"`{c['regressor']}`".replace("|", "\\|"), c["meaning"])
+        (symbol(c["label"]), f"`{c['name']}`", f"`{c['regressor']}`".replace("|", "\\|"), plain(c["meaning"]))
         for c in coefficients
         if c["name"] in names
     ]
@@ -113,7 +116,7 @@ def glossary(coefficients: Sequence[Mapping[str, str]], words: str) -> list[str]
 
 def symbol(label: str) -> str:
     """The label of a coefficient as mathematics in a cell of a table."""
-    return label.replace("|", r"\vert ")
+    return label.replace("|", r"\vert ") if LABEL.fullmatch(label) else plain(label)
 
 
 def fill(text: str, numbers: dict) -> str:

@@ -28,10 +28,9 @@ def markdown(posterior: Posterior, equations: Equations) -> str:
     """The table in Markdown; `equations` is the set whose coefficients they are."""
     lines = []
     for term, name, *numbers in _rows(posterior, equations):
-        symbol = name if term is None else f"{page.symbol(term.label)} `{name}`".replace("|", "&#124;")
-        lines.append(
-            (symbol, "" if term is None else f"{term.scale} · {term.regressor}", *_cells(numbers, "± ", "e{}"))
-        )
+        symbol = f"{page.symbol(term.label)} `{name}`".replace("|", "&#124;") if _is_formula(term) else name
+        what = "" if term is None else words.markdown(f"{term.scale} · {term.regressor}")
+        lines.append((symbol, what, *_cells(numbers, "± ", "e{}")))
     return "\n".join(table(("parameter", *HEADS), lines)) + "\n"
 
 
@@ -40,10 +39,15 @@ def latex(posterior: Posterior, equations: Equations) -> str:
     heads = " & ".join(("", *HEADS)).replace("%", r"\%").replace("regressor", "multiplies")
     lines = [r"% \usepackage{booktabs}", r"\begin{tabular}{llrrrr}", r"\toprule", rf"{heads} \\", r"\midrule"]
     for term, name, *numbers in _rows(posterior, equations):
-        symbol = rf"\texttt{{{name}}}".replace("_", r"\_") if term is None else term.label
+        symbol = term.label if _is_formula(term) else rf"\texttt{{{words.latex(name)}}}"
         what = "" if term is None else f"${_factor_latex(term)}\\,{regressor_latex(term.regressor)}$"
         lines.append(" & ".join((symbol, what, *_cells(numbers, r"\pm ", r" \times 10^{{{}}}", "$"))) + r" \\")
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"]) + "\n"
+
+
+def _is_formula(term) -> bool:
+    """Whether there is a term, and its label can stand in a table."""
+    return term is not None and words.LABEL.fullmatch(term.label) is not None
 
 
 def _rows(posterior, equations) -> Iterator[tuple]:
@@ -72,7 +76,8 @@ def _cells(numbers, plus_minus, power_text, quote="") -> list[str]:
 def _factor_latex(term) -> str:
     """What makes the coefficient dimensional."""
     if term.unit is not None:
-        return r"\mathrm{" + term.unit.replace(" ", r"\,") + "}"
+        unit = term.unit if words.UNIT.fullmatch(term.unit) else words.latex(term.unit)
+        return r"\mathrm{" + unit.replace(" ", r"\,") + "}"
     return term.scale.replace("(rho/2)", r"\frac{\rho}{2}").replace(" ", r"\,")
 
 

@@ -16,7 +16,7 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io.atomic import write_text, writing
-from bayesub.io.words import powers, rounded, uncertain
+from bayesub.io.words import markdown, powers, rounded, uncertain
 from bayesub.report import page as pages
 from bayesub.report import widgets
 from bayesub.report.figures import figures
@@ -156,16 +156,20 @@ def markdown_page(
         )
         for row in numbers["parameters"] + numbers["nuisance"]
     ]
-    word = reference_word(numbers)
+    word, vehicle = reference_word(numbers), markdown(numbers["vehicle"])
     heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "hangs on")
     page = StudyPage(
         name=numbers["name"],
-        question=numbers["question"] or f"What does the trial say of {numbers['vehicle']}?",
-        background=f"{numbers['vehicle']}, {numbers['manoeuvre']}: {numbers['n_readings']} readings.",
+        question=numbers["question"] or f"What does the trial say of {vehicle}?",
+        background=f"{vehicle}, {markdown(numbers['manoeuvre'])}: {numbers['n_readings']} readings.",
         verdict=f"**{in_words(numbers['outcome']['verdict'])}.** {converged} {verdict['fit']}",
         answer=("Not to be used. " if numbers["outcome"]["status"] else "") + verdict["answer"],
         pictures=captions,
-        tables=[*table(("set-up", ""), numbers["set_up"].items()), "", *table(heads, rows)],
+        tables=[
+            *table(("set-up", ""), (map(markdown, row) for row in numbers["set_up"].items())),
+            "",
+            *table(heads, rows),
+        ],
         method="\n\n".join(verdict[topic] for topic in (*topics.split(), "cross_check") if verdict.get(topic)),
         coefficients=coefficients,
         cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",

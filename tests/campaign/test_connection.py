@@ -121,6 +121,32 @@ def test_without_dask_the_command_says_what_to_install(bayesub, tmp_path, monkey
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs the table of sockets of Linux")
+def test_a_cluster_of_this_machine_is_reached_from_it_alone_and_with_its_certificate():
+    """Every socket that listens is on the loopback interface; a client without the certificate is not answered."""
+    from distributed import Client
+
+    before = _listening()
+    with cluster.connect("local:2", code, lambda _: None) as executor:
+        assert executor.map(len, ["abc", ""]) == [3, 0]
+        opened = _listening() - before
+        assert len(opened) >= 4  # scheduler, dashboard, two workers
+        assert {address for address, _ in opened} == {"0100007F"}
+        address = executor.client.scheduler.address
+        assert address.startswith("tls://127.0.0.1:")
+        for scheme in ("tcp", "tls"):
+            with pytest.raises((OSError, TimeoutError, TypeError)):
+                Client(f"{scheme}://{address.partition('//')[2]}", timeout=1.0, set_as_default=False)
+
+
+def _listening():
+    """Address and port, in hexadecimal digits, of the sockets that listen on this machine."""
+    lines = [
+        line.split() for name in ("tcp", "tcp6") for line in Path(f"/proc/net/{name}").read_text().splitlines()[1:]
+    ]
+    return {tuple(line[1].split(":")) for line in lines if line[3] == "0A"}
+
+
 @pytest.mark.parametrize("text", ["local", "local:0", "tcp://host", "http://host:1", "cluster.toml", "local:two"])
 def test_what_is_no_cluster_is_one_line(text):
     pytest.importorskip("distributed")

@@ -7,6 +7,7 @@ import pytest
 import tomli_w
 
 import bayesub as bs
+from bayesub.io.atomic import replacing
 
 _TRACK = {
     "kind": "track",
@@ -75,7 +76,8 @@ def write_sensors(path: Path, *sensors: dict) -> Path:
 def leave_empty(paths) -> None:
     """Files in place of a figure that no test looks at."""
     for path in paths:
-        path.write_bytes(b'<svg viewBox="0 0 1 1"></svg>' if path.suffix == ".svg" else b"")
+        with replacing(path) as partial:
+            partial.write_bytes(b'<svg viewBox="0 0 1 1"></svg>' if path.suffix == ".svg" else b"")
 
 
 def run(study: Path | bs.Study, folder: Path) -> bs.StudyResult:

@@ -4,6 +4,7 @@ One chain a parameter and ensemble: the draws of an ensemble are laid out walker
 autocorrelations see the steps of a walker in order. Both ArviZ 0.23 (Python 3.11) and 1.x read the file.
 """
 
+import hashlib
 import warnings
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ import numpy as np
 import xarray as xr
 
 from bayesub.inference.sampling.posterior import DIAGNOSTICS, Criteria, Posterior
-from bayesub.io.atomic import replacing
+from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError
 
+DIGEST = "sha256"  # the attribute with the digest of the rest
 # Attributes of a posterior that are attributes of its file, and their types.
 _NUMBERS: dict[str, type] = dict.fromkeys(("n_warmup", "thin", "evaluations", "jacobians"), int) | dict.fromkeys(
     ("acceptance", "seconds", "jacobian_price", "simulation_seconds"), float
@@ -65,21 +67,45 @@ def to_arviz(posterior: Posterior) -> Any:
 
 def save(posterior: Posterior, path: Path) -> None:
     """Write ``posterior.nc``: the draws that convergence was judged by, and what they said."""
-    tree = xr.DataTree.from_dict(to_datasets(posterior))
-    try:
-        with replacing(path) as partial:
-            tree.to_netcdf(partial, engine="h5netcdf")
-    except (OSError, RuntimeError) as error:  # HDF5 says RuntimeError when closing a file that it could not write
-        raise InputError(f"{path}: cannot be written: {error}", "file") from None
+    datasets = to_datasets(posterior)
+    datasets["posterior"].attrs[DIGEST] = _digest(datasets)
+    content = xr.DataTree.from_dict(datasets).to_netcdf(engine="h5netcdf")
+    with writing(path), replacing(path) as partial:  # from memory: HDF5 does not survive a disk that is full
+        partial.write_bytes(content)
+
+
+def _digest(datasets: dict[str, xr.Dataset]) -> str:
+    """The SHA-256 of all that a file says, but for what it says of itself."""
+    found = hashlib.sha256()
+    for group, dataset in datasets.items():
+        attrs = {key: np.asarray(value).item() for key, value in dataset.attrs.items() if key != DIGEST}
+        found.update(f"{group} {sorted(attrs.items())}".encode())
+        for name in sorted(map(str, dataset.variables)):
+            values = dataset[name].values
+            content = values.tobytes() if values.dtype.kind in "iuf" else str(values.tolist()).encode()
+            found.update(f"{name} {values.shape}".encode() + content)
+    return found.hexdigest()
 
 
 def load(path: Path) -> Posterior:
-    """Read ``posterior.nc``; InputError if it is missing or not one of ours."""
+    """Read ``posterior.nc``; InputError if it is missing, damaged, was changed, or is not one of ours."""
     try:
         with xr.open_datatree(path, engine="h5netcdf") as tree:
-            draws, stats, summary = (tree[g].to_dataset().load() for g in ("posterior", "sample_stats", "convergence"))
-    except (OSError, KeyError) as error:
+            datasets = {g: tree[g].to_dataset().load() for g in ("posterior", "sample_stats", "convergence")}
+        posterior = _read(*datasets.values())
+        digest = datasets["posterior"].attrs.get(DIGEST)  # older files have none
+        is_changed = digest is not None and digest != _digest(datasets)
+    except (OSError, LookupError, ValueError, TypeError, RuntimeError, AttributeError) as error:
         raise InputError(f"{path}: is not a readable posterior ({error})", "format") from None
+    if not (np.isfinite(posterior.chain).all() and np.isfinite(posterior.log_prob).all()):
+        raise InputError(f"{path}: is damaged: there are draws that are not numbers; run the study again", "format")
+    if is_changed:
+        raise InputError(f"{path}: is damaged or was changed since it was written; run the study again", "format")
+    return posterior
+
+
+def _read(draws: xr.Dataset, stats: xr.Dataset, summary: xr.Dataset) -> Posterior:
+    """The posterior of the groups of a file."""
     names = tuple(str(name) for name in summary["parameter"].values)
     attrs = draws.attrs
     n_walkers = int(attrs["n_walkers"])

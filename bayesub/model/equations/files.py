@@ -15,6 +15,7 @@ import pydantic
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.toml_files import Section
+from bayesub.io.words import LABEL, UNIT
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import ACCELERATIONS, STATES, VELOCITIES
 from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Term
@@ -48,6 +49,14 @@ class TermSection(Section):
     unit: str | None = pydantic.Field(default=None, min_length=1)
     label: str = pydantic.Field(min_length=1)
     meaning: str = pydantic.Field(min_length=1)
+
+    @pydantic.field_validator("label", "unit")
+    @classmethod
+    def _formula(cls, text: str | None, info: pydantic.ValidationInfo) -> str | None:
+        if text is not None and not {"label": LABEL, "unit": UNIT}[str(info.field_name)].fullmatch(text):
+            wanted = {"label": "a formula of LaTeX, such as X'_{u|u|}", "unit": "a unit, such as kg m^-1"}
+            raise ValueError(f"must be {wanted[str(info.field_name)]}, found {text!r}")
+        return text
 
     @pydantic.model_validator(mode="after")
     def _one_scale(self):

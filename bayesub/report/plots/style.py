@@ -12,6 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from bayesub.io.atomic import replacing
+
 TRUTH = "#000000"
 POSTERIOR = "#0072B2"
 SQP = "#D55E00"
@@ -152,14 +154,17 @@ def save(drawing: Figure, path: Paths) -> None:
     ``Figure.savefig`` would draw a PNG twice, the first time for the layout alone.
     """
     for file in [path] if isinstance(path, str | Path) else path:
-        if Path(file).suffix.lower() != ".png":
-            drawing.savefig(file, metadata={"Date": None} if Path(file).suffix.lower() == ".svg" else None)
-        else:
-            canvas = FigureCanvasAgg(drawing)
-            renderer = canvas.get_renderer()
-            renderer.mathtext_parser = _PARSERS.setdefault("agg", renderer.mathtext_parser)
-            canvas.draw()
-            quantise(Image.fromarray(np.asarray(canvas.buffer_rgba()))).save(file, compress_level=_COMPRESSION)
+        kind = Path(file).suffix.lower().removeprefix(".") or "png"
+        with replacing(Path(file)) as partial:
+            if kind != "png":
+                drawing.savefig(partial, format=kind, metadata={"Date": None} if kind == "svg" else None)
+            else:
+                canvas = FigureCanvasAgg(drawing)
+                renderer = canvas.get_renderer()
+                renderer.mathtext_parser = _PARSERS.setdefault("agg", renderer.mathtext_parser)
+                canvas.draw()
+                picture = quantise(Image.fromarray(np.asarray(canvas.buffer_rgba())))
+                picture.save(partial, format="png", compress_level=_COMPRESSION)
         drawing.set_layout_engine("none")  # the other formats keep the places
 
 

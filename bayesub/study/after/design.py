@@ -18,7 +18,7 @@ from bayesub.design.search import Found
 from bayesub.findings.designed_trial import Asked, DesignedTrial, structural
 from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io import toml_files
-from bayesub.io.atomic import replacing, write_text
+from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.terminal import SILENT, Progress, duration
 from bayesub.logs.log_files import write_log
@@ -337,8 +337,7 @@ def _write(folder: Path, question: Question, plan: Plan, searches: dict[str, Fou
     vehicle = question.judge.vehicle
     written = []
     for manoeuvre, file in zip(manoeuvres, files, strict=True):
-        with replacing(folder / file) as partial:
-            write_log(partial, {"time": manoeuvre.times} | manoeuvre.log)
+        write_log(folder / file, {"time": manoeuvre.times} | manoeuvre.log)
         written.append(replace(load_manoeuvre(folder / file, vehicle), name=Path(file).stem))
     words = {f"{key}_in_words": question.words[key] for key in ("sensors", "limits", "prior")}
     code = {key: config[key] for key in CODE}

@@ -10,10 +10,11 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
+from bayesub.model.quantities import replayed
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.provenance import COMPUTED, copy_name
 from bayesub.study.run import script
-from bayesub.study.run.infer import ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
+from bayesub.study.run.infer import DERIVED, ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
 from bayesub.study.run.prepare import Setup, prepare
 from bayesub.study.run.result import StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
@@ -99,7 +100,7 @@ def config_of_study(folder: Path, advice: str = "give the folder of the run of a
     """
     config = saved_config(folder)
     if config is None:
-        raise InputError(f"{folder}: is not a run folder, {CONFIG} is missing", "state", CONFIG)
+        raise InputError(f"{folder}: is not a run folder, there is no {CONFIG} of a run", "state", CONFIG)
     for key, command in OTHERS.items():
         if key in config:
             raise InputError(f"{folder}: is a {key}; {advice.format(command)}", "state", key)
@@ -121,11 +122,13 @@ def saved_study(folder: Path, config: dict) -> Study:
     return study.located(source, places, quick=config["quick_run"])
 
 
-def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = False) -> StudyResult:
+def redraw(
+    folder: str | Path, *, study: str | Path | None = None, run_code: bool = False, pdf: bool = False
+) -> StudyResult:
     """Draw figures and report of a finished run again; the folder may have been copied from elsewhere.
 
-    Of the run of a script `study` is the script to draw with, by default its own where it is unchanged. The result has
-    the seconds of the run.
+    Of the run of a script `study` is the script to draw with; its own is taken where it is unchanged and `run_code` is
+    given. Else no code runs that lies in the folder or that it names. The result has the seconds of the run.
 
     Raises
     ------
@@ -135,18 +138,21 @@ def redraw(folder: str | Path, *, study: str | Path | None = None, pdf: bool = F
     folder = Path(folder)
     config = config_of_study(folder, "bayesub {} writes its page again")
     if "script_sha256" in config:
+        if study is None and not run_code:
+            text = f"{folder}: its page is drawn by code, {script.place_of(config)}; if you trust it give --run-code"
+            raise InputError(text, "missing", "--run-code")
         result = script.redraw(folder, config, Path(study) if study else None, pdf=pdf)
     elif study is not None:
         raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
     else:
-        result = _redraw(folder, config, pdf)
+        result = _redraw(folder, config, pdf, run_code=run_code)
     if (saved := load_result(folder)) is not None:
         result = replace(result, seconds=saved.seconds)
         result.save()
     return result
 
 
-def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
+def _redraw(folder: Path, config: dict, pdf: bool, *, run_code: bool) -> StudyResult:
     """The report of a study in TOML."""
     if not (folder / "numbers.json").exists():
         text = f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume"
@@ -158,9 +164,19 @@ def _redraw(folder: Path, config: dict, pdf: bool) -> StudyResult:
             "state",
             POSTERIOR,
         )
+    load_result(folder)  # refuses what is not the posterior of the result
     study = saved_study(folder, config)
     posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)
     seconds = read_back(folder / "numbers.json", lambda numbers: numbers["seconds"])
     check = read_back(folder / CROSS_CHECK, CrossCheck.from_json) if (folder / CROSS_CHECK).exists() else None
     context = RunContext(folder, pdf, commit=config["commit"])
-    return conclude(prepare(study), context, estimates, posterior, check, seconds=seconds)
+    kept = folder / DERIVED
+    setup = prepare(study, run_code=run_code and not kept.exists())
+    if setup.quantities and not run_code and not kept.exists():
+        code = ", ".join(dict.fromkeys(study.path(section.file) for section in study.derived))
+        what = f"{folder}: {DERIVED} is missing, and its quantities come from code, {code}"
+        raise InputError(f"{what}; if you trust it give --run-code", "missing", "--run-code")
+    if setup.quantities and kept.exists():
+        values = read_back(kept, lambda kept: tuple(replayed(q, *kept[q.name]) for q in setup.quantities))
+        setup = replace(setup, quantities=values)
+    return conclude(setup, context, estimates, posterior, check, seconds=seconds)

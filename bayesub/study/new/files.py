@@ -12,7 +12,7 @@ import numpy as np
 import tomlkit
 
 from bayesub.io import templates, toml_files
-from bayesub.io.atomic import reason
+from bayesub.io.atomic import reason, write_text
 from bayesub.io.errors import InputError
 from bayesub.io.words import listed
 from bayesub.model.equations import AXES, EquationSet, load_equations
@@ -47,11 +47,10 @@ def check_name(name: str) -> None:
 
 def write_new(path: Path, text: str) -> None:
     """Write `text` to a file that does not exist yet."""
+    if os.path.lexists(path):
+        raise InputError(f"{path}: exists already; choose another file with -o", "file", "-o")
     try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise InputError(f"{path}: exists already; choose another file with -o", "file", "-o") from None
+        write_text(path, text)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {reason(error)}", "file", "-o") from None
 

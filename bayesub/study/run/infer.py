@@ -21,6 +21,7 @@ from bayesub.io.terminal import Progress, duration
 from bayesub.logs import log_files
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
+from bayesub.model.quantities import recorded
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.problem import Problem
 from bayesub.problem.unseen import left_out
@@ -28,13 +29,14 @@ from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.result import StudyResult
+from bayesub.study.run.result import RESULT, StudyResult
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
+from bayesub.study.sources import file_digest
 
 if TYPE_CHECKING:
     from bayesub.logs.series import Finding
 
-POSTERIOR, ESTIMATES, MODE = "posterior.nc", "estimates.json", "mode.json"
+POSTERIOR, ESTIMATES, MODE, DERIVED = "posterior.nc", "estimates.json", "mode.json", "derived.json"
 T = TypeVar("T")
 
 
@@ -127,7 +129,7 @@ def _logs(setup: Setup) -> "Iterator[tuple[Path, bool, list[Finding]]]":
 
 def saved_estimates(folder: Path) -> tuple[baselines.Estimate, ...]:
     """What the baselines of a run have found; InputError for a damaged file."""
-    return read_back(folder / ESTIMATES, lambda content: tuple(map(baselines.Estimate.from_json, content)))
+    return read_back(folder / ESTIMATES, lambda content: tuple(map(baselines.Estimate.from_json, content[:])))
 
 
 def read_back(file: Path, made: Callable[[Any], T]) -> T:
@@ -203,6 +205,7 @@ def conclude(
     spectrum = identifiability.fisher(setup.problem, posterior.best, draws=posterior.draws)
     taken = seconds.get("all before the report", sum(seconds.values()))
     made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
+    kept: dict[str, list[list[float]]] = {quantity.name: [] for quantity in setup.quantities}
     numbers = write_report(
         folder,
         setup.problem,
@@ -212,9 +215,13 @@ def conclude(
         study=ReportedStudy(study.name, study.question, study.seed, seconds, context.commit, made),
         check=check,
         predictions=predictions,
-        quantities=setup.quantities,
+        quantities=[recorded(quantity, kept[quantity.name]) for quantity in setup.quantities],
         pdf=context.pdf,
     )
+    files = [POSTERIOR, ESTIMATES, *(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]
+    if kept and not (folder / RESULT).exists():  # a run, after which reports need not run these functions
+        write_text(folder / DERIVED, json.dumps(kept))
+        files.append(DERIVED)
     return StudyResult(
         name=study.name,
         question=study.question,
@@ -223,6 +230,7 @@ def conclude(
         text=MEANING.get(verdict, ""),
         sentences=numbers["verdict"],
         shortcomings=tuple(posterior.shortcomings),
+        files_sha256={name: file_digest(folder / name) for name in files},
     )
 
 

@@ -86,15 +86,16 @@ class _Flight:
             return replace(self, trial=trial, problem=pose(trial.manoeuvre, trial.record, dt=dt, **given))
 
 
-def prepare(study: Study) -> Setup:
+def prepare(study: Study, *, run_code: bool = False) -> Setup:
     """Simulate the truth and measure it, or read the logs, and pose the problem; InputErrors begin with the study file.
 
+    The functions of its own quantities are run only if that is said; else their values are not numbers.
     The result is the same for the same study, bit for bit, on the same machine with the same versions.
     """
     with error_source(study.source):
         data_rng = seeds.generator(study.seed, seeds.DATA)
         vehicle = with_columns(load_vehicle(study.vehicle, study.path), study.controls)
-        quantities = tuple(section.build(vehicle, study.path) for section in study.derived)
+        quantities = tuple(section.build(vehicle, study.path, run_code=run_code) for section in study.derived)
         flights = list(_flights(study, vehicle))
         _refuse_twins([flight for flight in flights if flight.section.data is not None])
         centre = vehicle.xi

@@ -7,6 +7,8 @@ from typing import Any
 
 from bayesub.findings.verdicts import STATUS, verdict_on
 from bayesub.io.atomic import write_text
+from bayesub.io.errors import InputError
+from bayesub.study.sources import file_digest
 
 RESULT, NUMBERS = "outcome.json", "numbers.json"
 _OF_OLD = "converged"  # verdict of version 0.2, which did not look at the fit
@@ -35,6 +37,8 @@ class StudyResult:
         What the posterior says, by topic; empty for a script.
     shortcomings : tuple of str
         What is missing for convergence, or of a script the claims that failed.
+    files_sha256 : dict of str to str
+        Name of each file in the folder that the result is of -> its SHA-256; empty for a script.
     """
 
     name: str
@@ -45,6 +49,7 @@ class StudyResult:
     text: str = ""
     sentences: dict[str, str] = field(default_factory=dict)
     shortcomings: tuple[str, ...] = ()
+    files_sha256: dict[str, str] = field(default_factory=dict)
 
     @property
     def good(self) -> bool:
@@ -72,13 +77,25 @@ class StudyResult:
 
 
 def load_result(folder: Path) -> StudyResult | None:
-    """The result of the run in a folder, as it was saved; None if the run has not come to its end."""
+    """The result of the run in a folder, as it was saved; None if the run has not come to its end.
+
+    InputError for a damaged file, and for a file that is not any more what the result is of.
+    """
+    if not (folder / RESULT).exists():
+        return None
     try:
         content = json.loads((folder / RESULT).read_text(encoding="utf-8"))
         result = StudyResult(**{key: value for key, value in content.items() if key not in ("good", "status")})
         if result.verdict == _OF_OLD:
             result = replace(result, verdict=verdict_on(json.loads((folder / NUMBERS).read_text(encoding="utf-8"))))
         STATUS[result.verdict]
-        return replace(result, folder=str(folder), shortcomings=tuple(result.shortcomings))
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
-        return None
+        result = replace(result, folder=str(folder), shortcomings=tuple(result.shortcomings))
+        digests = dict(result.files_sha256)
+    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+        text = f"{folder}: {RESULT} is damaged ({type(error).__name__}: {error}); run the study with --resume"
+        raise InputError(text, "format", RESULT) from None
+    for name, digest in digests.items():
+        if (folder / name).exists() and file_digest(folder / name) != digest:
+            text = f"{folder}: {name} is damaged or was changed since the run; run the study again"
+            raise InputError(text, "format", name)
+    return result

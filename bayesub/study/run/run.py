@@ -147,7 +147,7 @@ def _work(study: "Study | Script", cross_check: bool, leave_out: bool) -> Callab
         from bayesub.inference.sampling.nuts import require_nutpie
 
         require_nutpie()
-    setup = prepare(study)
+    setup = prepare(study, run_code=True)
     if leave_out:
         from bayesub.study.run import leave_out as others
 

@@ -6,13 +6,14 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import tomli_w
 
 from bayesub.io import toml_files
-from bayesub.io.atomic import LOCK, PARTIAL, locked, write_text, writing
+from bayesub.io.atomic import LEDGER, LOCK, PARTIAL, entered, locked, remove, replacing, write_text, writing
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study.provenance import CODE, code_change, study_change
@@ -29,13 +30,18 @@ STOPPING = (  # may change before a run is resumed
     *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")),
     *(f"design.{key}" for key in ("minutes", "judgements")),
 )
+_OLD = {"versions", "commit", "quick_run"}  # keys of a run of 0.1
+_BEFORE_LEDGERS = "config.toml *.json *.jsonl *.nc *.npz *.png *.pdf report.* record*.csv check_*.csv inputs/* chain/*"
+_BEFORE_LEDGERS += " left_out/* design.html prediction.html comparison.html states.csv readings.csv coefficients.csv"
+_BEFORE_LEDGERS += " distances.csv manoeuvre*.csv"  # files of a run of before there were ledgers
 _SAVE_S = 10.0  # of work on a run, which a kill may leave uncounted
 
 
 def saved_config(folder: Path) -> dict | None:
-    """The configuration of the run in a folder; None if it holds no run."""
+    """The configuration of the run in a folder; None if it holds no run: other programs have files of that name too."""
     file = folder / CONFIG
-    return toml_files.read_toml_table(file) if file.exists() else None
+    config = toml_files.read_toml_table(file) if file.exists() else {}
+    return config if {"sources_sha256", "script_sha256"} & config.keys() or config.keys() >= _OLD else None
 
 
 @contextmanager
@@ -58,7 +64,7 @@ def open_folder(
     resume : bool
         Continue a run of the same study (but for its stopping rule) by the same sources and versions.
     force : bool
-        Delete an existing run, which is otherwise refused.
+        Replace an existing run, which is otherwise refused: its files are removed, and others stay.
     keep_stale : bool
         Resume although sources or versions differ. ``config.toml`` keeps those by which the run was begun, so that it
         stays stale.
@@ -84,13 +90,27 @@ def open_folder(
         folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         with writing(folder):
-            for path in _content(folder) if force else ():
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
+            ours = [] if saved is None else _written(folder, saved)
+            if force:
+                remove(folder, ours)
+                ours = []
+            (folder / LEDGER).unlink(missing_ok=True)  # it may be a link
+            (folder / LEDGER).write_text("".join(f"{name}\n" for name in ours), encoding="utf-8")
             write_text(folder / CONFIG, tomli_w.dumps(config))
             for place, original in (copies or {}).items():
                 (folder / place).parent.mkdir(exist_ok=True)
-                shutil.copyfile(original, folder / place)
+                with replacing(folder / place) as partial:
+                    shutil.copyfile(original, partial)
         yield config
+
+
+def _written(folder: Path, config: dict) -> list[str]:
+    """What this software wrote into a run folder, by its ledger; by their names in a run of before there was one."""
+    if (folder / LEDGER).is_file():
+        return [name for name in entered(folder) if name != LOCK]  # which this process holds
+    patterns = [*_BEFORE_LEDGERS.split(), f"{config.get('name', 'report')}.md"]
+    files = [path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()]
+    return [name for name in files if any(fnmatchcase(name, pattern) for pattern in patterns)]
 
 
 def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -> dict:
@@ -118,7 +138,8 @@ def _remedy(saved: dict, config: dict) -> str:
 
 def _content(folder: Path) -> list[Path]:
     """What is in a folder besides the traces of a run that was stopped before it began."""
-    return [path for path in folder.iterdir() if path.name not in (LOCK, TRACEBACK) and path.suffix != PARTIAL]
+    traces = (LOCK, LEDGER, TRACEBACK)
+    return [path for path in folder.iterdir() if path.name not in traces and not path.name.endswith(PARTIAL)]
 
 
 class TimedProgress:

@@ -239,9 +239,14 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
     return _conclude(load(path), study, numbers, question(path, functions=FUNCTIONS), config)
 
 
+def place_of(config: dict) -> Path:
+    """Where the script of a run is or was."""
+    return Path(config.get("script", f"studies/{config['name']}.py"))
+
+
 def _script_of(folder: Path, config: dict) -> Path:
     """The script of a run; InputError if it is not there any more or has changed since."""
-    path = Path(config.get("script", f"studies/{config['name']}.py"))
+    path = place_of(config)
     if not path.is_file():
         text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
         raise InputError(text, "missing", "--study")

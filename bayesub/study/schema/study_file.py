@@ -1,5 +1,6 @@
 """The content of a study file, section by section, and quantities of its own: a Python function of boats each."""
 
+import ast
 import importlib.util
 import json
 import re
@@ -55,12 +56,13 @@ class DerivedSection(Section):
         """The file of the function."""
         return self.function.rpartition(":")[0]
 
-    def build(self, vehicle: "Vehicle", path: Callable[[str], str]) -> "Quantity":
+    def build(self, vehicle: "Vehicle", path: Callable[[str], str], *, run_code: bool) -> "Quantity":
         """The quantity, whose function has been tried on the vehicle.
 
         Parameters
         ----------
         path : where the file is, by its name in the study
+        run_code : whether the file may be run; if not it is parsed, and the function of the quantity gives nothing
 
         Raises
         ------
@@ -74,9 +76,28 @@ class DerivedSection(Section):
             raise InputError(
                 f"derived: '{self.name}' is built in and needs no function; give another name", "conflict", self.name
             )
-        function = partial(_called, self.function, _function(Path(path(self.file)), self.function))
+        file = Path(path(self.file))
+        _check_parsed(file, self.function)
+        if not run_code:
+            return Quantity(self.name, "", self.meaning, (), "", lambda boats: np.full(len(boats), np.nan), self.none)
+        function = partial(_called, self.function, _function(file, self.function))
         function(Boats(vehicle, np.tile(vehicle.xi, (2, 1))))
         return Quantity(self.name, "", self.meaning, (), "", function, self.none)
+
+
+def _check_parsed(path: Path, function: str) -> None:
+    """InputError for a file that is not Python, or that binds no such name; the file is not run."""
+    name = function.rpartition(":")[2]
+    try:
+        tree = ast.parse(toml_files.read_text(path))
+    except (SyntaxError, ValueError) as error:
+        raise InputError(f"derived: {path} cannot be run: {_words(error)}", "format", "derived.file") from None
+    functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    names |= {a.asname or a.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for a in node.names}
+    if name not in functions | names and "*" not in names:
+        text = f"derived: {path} has no function '{name}'{nearest(name, functions)}"
+        raise InputError(text, "unknown", "derived.function")
 
 
 def _function(path: Path, function: str) -> Callable:

@@ -6,11 +6,13 @@ import sys
 import warnings
 from dataclasses import replace
 
+import h5py
 import matplotlib as mpl
 import numpy as np
 import pytest
 from support.refusals import refused
 
+import bayesub as bs
 from bayesub.inference.sampling import Posterior, posterior_file
 from bayesub.inference.sampling.posterior import JUDGED_STEPS
 
@@ -121,3 +123,29 @@ def output(script, home):
     words = [sys.executable, "-W", "always::FutureWarning", "-c", script]
     process = subprocess.run(words, env=environment, capture_output=True, text=True)
     return process.returncode, process.stdout, process.stderr
+
+
+def test_what_was_changed_or_is_no_number_is_named(posterior, tmp_path):
+    """Draws, and what convergence is believed from, edited as other programs do; and a file that is cut."""
+    path = tmp_path / "posterior.nc"
+    posterior_file.save(posterior, path)
+    whole = path.read_bytes()
+    for group, name, value in (("posterior", "Nuv", -3.0), ("convergence", "rhat", 1.0), ("posterior", "Nuv", np.nan)):
+        path.write_bytes(whole)
+        with h5py.File(path, "a") as file:
+            file[group][name][..., :1] = value
+        with refused("format") as error:
+            posterior_file.load(path)
+        assert str(error.value).startswith(f"{path}: is damaged")
+    for content in (whole[: len(whole) // 2], b""):
+        path.write_bytes(content)
+        with pytest.raises(bs.InputError, match=r"posterior\.nc: is"):
+            posterior_file.load(path)
+
+
+def test_a_file_of_before_there_were_digests_is_read(posterior, tmp_path):
+    path = tmp_path / "posterior.nc"
+    posterior_file.save(posterior, path)
+    with h5py.File(path, "a") as file:
+        del file["posterior"].attrs[posterior_file.DIGEST]
+    np.testing.assert_array_equal(posterior_file.load(path).chain, posterior.chain)

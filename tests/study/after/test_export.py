@@ -177,7 +177,7 @@ def test_folders_that_are_no_finished_run(run, tmp_path, bayesub):
         ("script", "state", ""),
         ("drawless", "state", "posterior.nc"),
         ("broken", "format", ""),
-        ("damaged", "format", ""),
+        ("damaged", "format", "posterior.nc"),
     )
     for name, kind, key in expected:
         status, out, err = bayesub("export", tmp_path / name, "-o", tmp_path / "known.toml")
@@ -224,3 +224,29 @@ def test_parquet_without_its_library_is_refused_in_a_line(run, tmp_path, bayesub
 
 def test_the_suffix_gives_way_to_the_option(exported):
     assert json.loads(exported("boat.txt", "--as", "mss-json").read_text())["name"] == "suboff"
+
+
+@pytest.mark.parametrize("command", ["export RUN -o known.toml", "predict RUN zigzag_20_20 -o p", "report RUN"])
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        ("posterior.nc", None),  # draws that were changed, with a digest of their own
+        ("estimates.json", b"{}"),
+        ("outcome.json", b""),
+        ("outcome.json", b"[]"),
+        ("outcome.json", b'{"good": true, "name": "small"}'),
+    ],
+)
+def test_a_run_whose_files_were_changed_is_refused(run, tmp_path, monkeypatch, bayesub, command, file, content):
+    """In a line that names the file; what a report, an export or a prediction says is of the draws of the run."""
+    monkeypatch.chdir(tmp_path)
+    copied = shutil.copytree(run, tmp_path / "copied")
+    (copied / "numbers.json").write_text('{"seconds": {}}')
+    if content is None:
+        posterior = finished_run(run).posterior
+        replace(posterior, chain=1.5 * posterior.chain).save(copied / file)
+    else:
+        (copied / file).write_bytes(content)
+    status, _, error = bayesub(*(copied if word == "RUN" else word for word in command.split()))
+    assert (status, error.count("\n")) == (2, 1)
+    assert f"{copied}: {file} is damaged" in error

@@ -16,11 +16,14 @@ from support.refusals import refused
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.findings.verdicts import STATUS
+from bayesub.io.atomic import write_text
 from bayesub.io.terminal import SILENT
 from bayesub.study import provenance, sources
 from bayesub.study.after.finished_run import redraw
 from bayesub.study.run import runs
 from bayesub.study.run.result import load_result
+from bayesub.study.run.run_folder import open_folder
+from bayesub.study.run.script import FUNCTIONS, Script
 
 HOLDS = '''"""Does it hold?"""
 def compute(run):
@@ -87,8 +90,8 @@ def run(*arguments, capsys):
 
 
 def report(*arguments, capsys):
-    """As `run`, of the command `report`."""
-    status = app.app.main(["report", *map(str, arguments)], prog_name="bayesub", standalone_mode=False)
+    """As `run`, of the command `report`, which may run the script."""
+    status = app.app.main(["report", "--run-code", *map(str, arguments)], prog_name="bayesub", standalone_mode=False)
     return status or 0, capsys.readouterr().out
 
 
@@ -209,7 +212,7 @@ def test_the_index_shows_the_first_picture_of_a_page(studies, tmp_path):
     (folder / "arrays.npz").unlink()
     (folder / "b_holds.md").unlink()
     with refused("state", "arrays.npz"):
-        redraw(folder)
+        redraw(folder, run_code=True)
     text = (folder / "b_holds.md").read_text()
     for words in (
         "*first.* What is first.",
@@ -309,7 +312,7 @@ def test_what_is_stale_runs_again_and_says_why(only, tmp_path, capsys, monkeypat
     """After a change of the sources or of the study; --keep-stale leaves it."""
     out = tmp_path / "out"
     run(only, "-o", out, capsys=capsys)
-    (out / "b_holds" / "mark").touch()
+    write_text(out / "b_holds" / "mark", "")  # one of ours, which goes with its run
     with monkeypatch.context() as changed:
         changed.setattr(sources, "digest", lambda _: "other")
         _, text = run(only, "-o", out, "--keep-stale", capsys=capsys)
@@ -522,3 +525,29 @@ def test_a_result_is_what_a_run_returns_and_keeps(studies, tmp_path):
     )
     assert load_result(tmp_path / "run") == result
     assert result.seconds > 0.0
+
+
+@pytest.mark.parametrize("study", [None, "mine.py"])
+def test_a_folder_from_elsewhere_runs_no_code_unless_that_is_said(tmp_path, bayesub, study):
+    """It names the script, and its digest is right, since whoever makes the folder makes both."""
+    code = '"""Is it?"""\nfrom pathlib import Path\nPath("ran").touch()\n' + "".join(
+        f"def {name}(*_): ...\n" for name in FUNCTIONS
+    )
+    path = tmp_path / "gift.py"
+    path.write_text(
+        code.replace('"ran"', repr(str(tmp_path / "ran"))).replace(
+            "def claims(*_): ...", "def claims(_): yield True, ''"
+        )
+    )
+    folder = tmp_path / "gift"
+    with open_folder(folder, Script(path).config()):
+        write_text(folder / "numbers.json", "{}")
+    for _ in range(2):
+        status, _, error = bayesub("report", folder)
+        assert (status, error.count("\n")) == (2, 1)
+        assert str(path) in error
+        assert "--run-code" in error
+        assert not (tmp_path / "ran").exists()
+    told = ("--run-code",) if study is None else ("--study", path)
+    assert bayesub("report", folder, *told)[0] == 0
+    assert (tmp_path / "ran").exists()

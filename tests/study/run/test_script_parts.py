@@ -78,5 +78,5 @@ def test_a_study_without_its_data_is_skipped(bayesub, tmp_path):
     (tmp_path / "needs.py").write_text(SKIPPING)
     status, out, _ = bayesub("run", tmp_path / "needs.py", "-o", tmp_path / "run")
     assert (status, out.splitlines()[-1]) == (0, "SKIPPED: DATA does not name a folder")
-    status, out, _ = bayesub("report", tmp_path / "run")
+    status, out, _ = bayesub("report", tmp_path / "run", "--run-code")
     assert (status, out.splitlines()[-1]) == (0, "SKIPPED: DATA does not name a folder")

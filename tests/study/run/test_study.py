@@ -461,3 +461,34 @@ def test_the_problem_is_prepared_once(stopped):
     assert (result.verdict, result.good) == ("not converged", False)
     assert result.shortcomings
     assert set(result.sentences) == set(json.loads((home / "run/numbers.json").read_text())["verdict"])
+
+
+def test_force_replaces_a_run_and_touches_nothing_else(tmp_path, finished):
+    """What is beside the files of the run stays, a link is unlinked, and the run is whole."""
+    run = shutil.copytree(finished(), tmp_path / "run", symlinks=True)
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "precious").write_text("mine")
+    (run / "thesis.md").write_text("mine")
+    (run / "chain").rename(tmp_path / "outside" / "chain")
+    (run / "chain").symlink_to(tmp_path / "outside" / "chain")
+    blocks = sorted((tmp_path / "outside" / "chain").iterdir())
+    config = bs.load_study(small_study.write(tmp_path / "tiny.toml", **small_study.TINY)).config()
+    with open_folder(run, config, force=True):
+        left = {path.name for path in run.iterdir()}
+    assert left == {"thesis.md", "config.toml", ".lock", ".files"}
+    assert (run / "thesis.md").read_text() == "mine"
+    assert sorted((tmp_path / "outside" / "chain").iterdir()) == blocks
+
+
+@pytest.mark.parametrize("config", ["baseURL = 'https://example.org'", ""])
+@pytest.mark.parametrize("option", [(), ("--force",), ("--resume",)])
+def test_the_configuration_of_another_program_makes_no_run_folder(bayesub, tmp_path, config, option):
+    (tmp_path / "site" / "content").mkdir(parents=True)
+    (tmp_path / "site" / "config.toml").write_text(config)
+    (tmp_path / "site" / "content" / "thesis.md").write_text("mine")
+    study = small_study.write(tmp_path / "tiny.toml", **small_study.TINY)
+    status, _, error = bayesub("run", study, "-o", tmp_path / "site", *option)
+    assert status == 2
+    assert ("already holds other files" if option != ("--resume",) else "holds no run") in error
+    assert "--force" not in error
+    assert (tmp_path / "site" / "content" / "thesis.md").read_text() == "mine"

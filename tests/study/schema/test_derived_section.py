@@ -1,5 +1,7 @@
 """Quantities of a study's own: functions in Python beside the study, and one line for each that is wrong."""
 
+import hashlib
+
 import numpy as np
 import pytest
 from support import small_study
@@ -34,7 +36,7 @@ def single(boats):
 def own(tmp_path):
     (tmp_path / "own.py").write_text(OWN)
     return lambda function, name="my_heading_deg": DerivedSection(name=name, function=function).build(
-        bs.load_vehicle("suboff"), lambda file: str(tmp_path / file)
+        bs.load_vehicle("suboff"), lambda file: str(tmp_path / file), run_code=True
     )
 
 
@@ -92,6 +94,50 @@ def test_a_run_keeps_the_function_and_draws_again_with_the_copy(tmp_path, few_fi
     assert b'"my_heading_deg"' in before
     assert redraw(tmp_path / "run").sentences == result.sentences
     assert (tmp_path / "run" / "numbers.json").read_bytes() == before
+
+
+def test_no_code_of_a_run_folder_runs_unless_that_is_said(tmp_path, finished, monkeypatch, bayesub):
+    """Values of derived quantities are kept; without them the refusal names the file and the option."""
+    (tmp_path / "mine.py").write_text("def heading_deg(boats):\n    return boats.xi[:, 0]\n")
+    path = small_study.write(
+        tmp_path / "study.toml", **small_study.TINY, derived=[TABLE | {"function": "mine.py:heading_deg"}]
+    )
+    run = tmp_path / "run"
+    small_study.run(path, run)
+    (code,) = (run / "inputs").glob("*-mine.py")
+    ran = tmp_path / "ran"
+    code = _spoil(
+        run,
+        code,
+        f"from pathlib import Path\nPath({str(ran)!r}).touch()\ndef heading_deg(boats): return boats.xi[:, 0]\n",
+    )
+    path.parent.joinpath("mine.py").write_text(code.read_text())
+    other = finished()
+    monkeypatch.chdir(tmp_path)
+    predicted = ("predict run zigzag_20_20 -o p --draws 40", f"compare run {other} -o c --draws 40")
+    for command in ("check study.toml", "report run", "export run -o k.toml", *predicted):
+        status, _, error = bayesub(*command.split())
+        assert status < 2, error
+        assert not ran.exists(), command
+    (run / "derived.json").unlink()
+    status, _, error = bayesub("report", "run")
+    assert (status, error.count("\n")) == (2, 1)
+    assert f"run/inputs/{code.name}" in error
+    assert "--run-code" in error
+    assert not ran.exists()
+    status, _, error = bayesub("report", "run", "--run-code")
+    assert status < 2, error
+    assert ran.exists()
+
+
+def _spoil(run, code, text):
+    """What somebody may do to a run folder before passing it on: other code, with its digests."""
+    config = (run / "config.toml").read_text()
+    before = hashlib.sha256(code.read_bytes()).hexdigest()
+    after = hashlib.sha256(text.encode()).hexdigest()
+    (run / "config.toml").write_text(config.replace(before, after))
+    code.write_text(text)
+    return code.rename(code.with_name(code.name.replace(before[:12], after[:12])))
 
 
 def test_two_of_a_name_are_refused(tmp_path):
