@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import re
+import sys
 import time
 from pathlib import Path
 
@@ -65,6 +66,7 @@ def server():
     context.set_forkserver_preload(["support.killed"])
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("BAYESUB_WARM", "1")
+        patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))  # which it does not take over otherwise
         first = context.Process(target=os.getpid)
         first.start()
         first.join()
