@@ -209,7 +209,7 @@ class Posterior(Convergence, Displayed):
     @cached_property
     def correlation(self) -> np.ndarray:
         """(n_params, n_params) posterior correlation matrix; a parameter that never moves is correlated with none."""
-        deviations = np.where(self._still, 0.0, self.draws - self.mean)
+        deviations = np.where(_never_moves(self.draws), 0.0, self.draws - self.mean)
         lengths = np.linalg.norm(deviations, axis=0)
         unit = deviations / np.where(lengths > 0.0, lengths, 1.0)
         correlation = np.clip(unit.T @ unit, -1.0, 1.0)
@@ -219,11 +219,7 @@ class Posterior(Convergence, Displayed):
     @property
     def constants(self) -> tuple[str, ...]:
         """Parameters that have the same value in all draws."""
-        return tuple(name for name, is_still in zip(self.names, self._still, strict=True) if is_still)
-
-    @property
-    def _still(self) -> np.ndarray:
-        return np.ptp(self.draws, axis=0) == 0.0  # of a constant the sd is that of rounding
+        return tuple(name for name, is_still in zip(self.names, _never_moves(self.draws), strict=True) if is_still)
 
     def quantiles(self, probabilities: Sequence[float]) -> np.ndarray:
         """(n_probabilities, n_params)."""
@@ -347,3 +343,8 @@ def _longer(posterior, factor) -> str:
         )
     steps = 1.2 * factor * (posterior.n_warmup + posterior.n_steps)
     return f"resume with max_steps of about {np.ceil(steps / 100) * 100:.0f}"
+
+
+def _never_moves(draws: np.ndarray) -> np.ndarray:
+    """(n_params,) of draws (n, n_params); the sd of a constant is that of rounding."""
+    return np.ptp(draws, axis=0) == 0.0
