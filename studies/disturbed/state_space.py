@@ -177,7 +177,7 @@ class Members:
         currents = of.currents(values)
         self._currents = None if currents is None else np.tile(currents, (self._n_flights, 1))
         self._biases = np.zeros((n, len(forward.record.channels)))
-        for channel, k, factor in of.biases(forward.record.channels):
+        for channel, k, factor in of.on_readings("bias", forward.record.channels):
             self._biases[:, channel] += factor * values[:, k]
         self._sds, self._correlation_times = np.zeros((n, 0)), np.ones(n)
         if space.axes:

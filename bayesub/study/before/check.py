@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, error_source
+from bayesub.io.atomic import reason
+from bayesub.io.errors import InputError, error_source, one_line
 
 if TYPE_CHECKING:
     from bayesub.findings.data_card import DataCard
@@ -50,8 +51,10 @@ def drawing(path: Path) -> Iterator[None]:
     """A place or format that cannot be drawn to is an InputError."""
     try:
         yield
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be drawn: {' '.join(str(error).split())}", "file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be drawn: {reason(error)}", "file") from None
+    except ValueError as error:
+        raise InputError(one_line(f"{path}: cannot be drawn: {error}"), "file") from None
 
 
 def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:

@@ -1,10 +1,13 @@
 """Checkpoints: what is saved, what is refused, and what happens when disks fill and files are damaged."""
 
+import errno
+import os
 import shutil
 import signal
 import subprocess
 import sys
 import threading
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +16,9 @@ from support.refusals import refused
 from support.toys import Banana
 
 import bayesub as bs
-from bayesub.inference.sampling import sampler
+from bayesub.inference.sampling import checkpoint, sampler
 from bayesub.inference.sampling.posterior import Criteria
+from bayesub.io import atomic
 from bayesub.io.atomic import locked
 
 ENDLESS = Criteria(ess=1e12)  # never met, so that the length is max_steps
@@ -128,12 +132,19 @@ def test_a_damaged_block_is_noticed_and_computed_again(tmp_path, begun, straight
 
 
 @pytest.mark.usefixtures("short_blocks")
-def test_a_full_disk_loses_nothing(tmp_path, straight):
+def test_a_full_disk_loses_nothing(tmp_path, straight, monkeypatch):
     """Writing the fifth block fails as it does on a full disk: one line, and the run resumes from the fourth."""
     path = tmp_path / "chain"
-    path.mkdir()
-    (path / "000005.block.partial").symlink_to("/dev/full")
-    with refused("file", "checkpoint"):
+
+    @contextmanager
+    def replacing(file):
+        if file.name == "000005.block":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        with atomic.replacing(file) as partial:
+            yield partial
+
+    with monkeypatch.context() as full, refused("file", "checkpoint"):
+        full.setattr(checkpoint, "replacing", replacing)
         run(path)
     assert len(list(path.glob("[0-9]*.block"))) == 4
     same(run(path), straight)

@@ -19,6 +19,7 @@ from bayesub.study.after.finished_run import finished_run
 from bayesub.study.after.predict import _flown
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.run_folder import open_folder
+from bayesub.study.sources import file_digest
 
 TRACK = small_study.track(attitude_sd_deg=0.2, interval_s=1.0)
 TIMES = 40.0  # s, after the warm-up of all logs here
@@ -220,6 +221,9 @@ def test_a_posterior_that_has_not_converged_predicts_with_its_status(run, tmp_pa
     short = shutil.copytree(run, tmp_path / "short")
     posterior = bs.Posterior.load(run / "posterior.nc")
     replace(posterior, criteria=bs.Criteria(ess=1e7)).save(short / "posterior.nc")
+    outcome = json.loads((short / "outcome.json").read_text())
+    outcome["files_sha256"]["posterior.nc"] = file_digest(short / "posterior.nc")
+    (short / "outcome.json").write_text(json.dumps(outcome))
     status, out, _ = bayesub("predict", short, "zigzag_20_20", "-o", tmp_path / "p", *COARSE)
     assert status == STATUS["not converged"]
     assert "NOT CONVERGED: " in out.splitlines()[-1]

@@ -51,7 +51,7 @@ def test_an_answer_has_its_numbers_and_says_where_they_lack():
 def test_the_page_of_a_script_and_its_place_in_the_gallery(tmp_path):
     run = tmp_path / "mine"
     run.mkdir()
-    (run / "config.toml").write_text('name = "mine"\nquestion = "Is it so?"\n')
+    (run / "config.toml").write_text('name = "mine"\nquestion = "Is it so?"\nscript_sha256 = "f"\n')
     for name in ("b_picture", "a_picture"):
         (run / f"{name}.png").write_bytes(b"")
     module = SimpleNamespace(
