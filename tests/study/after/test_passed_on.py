@@ -98,7 +98,9 @@ def test_two_runs_by_commands_are_both_logs_in_one(logs, suboff, bayesub, monkey
 
     Each run has an unknown of each of its logs too, the heading at the start, which is integrated out.
     """
-    monkeypatch.setattr(infer, "write_report", lambda *_, **__: {"predictions": [], "verdict": {}})
+    monkeypatch.setattr(
+        infer, "write_report", lambda *_, **__: {"outcome": {"verdict": "converged and fits"}, "verdict": {}}
+    )
     free, known = ("Yuv", "Nuv", "Nur"), {"u0_mps": suboff.speed_mps} | dict.fromkeys(STILL, 0.0)
     more = {
         "nuisance": {name: {"value": value} for name, value in known.items()},
