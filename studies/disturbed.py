@@ -33,8 +33,8 @@ SEED, PRIOR_SD = 20, 0.25
 STEP = {"log": 0.2, "track": 0.2}  # of the fits, s; the truth is flown at a tenth
 TIME_S = 4.0
 SHARES = (0.0, 0.005, 0.015, 0.05)
-# Quick: minutes, because a boat of each share is fitted by every likelihood with both sets of sensors.
-N_BOATS, QUICK_BOATS = 100, 4  # of each set of sensors, dealt to the shares one after the other
+# Quick: a minute, because boats of the two smallest shares are fitted by every likelihood with both sets of sensors.
+N_BOATS, QUICK_BOATS = 100, 2  # of each set of sensors, dealt to the shares one after the other
 N_WRONG = 12
 INFERRED = 2  # of the boats of a share one in so many has its process inferred too
 LENGTH = 6.9 / 102.0  # of auv690 over that of suboff, to which half a metre belongs
