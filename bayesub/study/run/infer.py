@@ -221,7 +221,7 @@ def conclude(
     files = [POSTERIOR, ESTIMATES, *(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]
     if kept and not (folder / RESULT).exists():  # a run, after which reports need not run these functions
         write_text(folder / DERIVED, json.dumps(kept))
-        files.append(DERIVED)
+    files += [DERIVED] if (folder / DERIVED).exists() else []
     return StudyResult(
         name=study.name,
         question=study.question,

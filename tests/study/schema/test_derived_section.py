@@ -119,6 +119,10 @@ def test_no_code_of_a_run_folder_runs_unless_that_is_said(tmp_path, finished, mo
         status, _, error = bayesub(*command.split())
         assert status < 2, error
         assert not ran.exists(), command
+    kept = (run / "derived.json").read_text()
+    (run / "derived.json").write_text(kept.replace("[", "[ ", 1))  # noticed after the page was drawn again, too
+    assert bayesub("report", "run")[0] == 2
+    assert bayesub.error.key == "derived.json"
     (run / "derived.json").unlink()
     status, _, error = bayesub("report", "run")
     assert (status, error.count("\n")) == (2, 1)
