@@ -13,7 +13,7 @@ from scipy import special
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
 from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected_outliers
-from bayesub.inference.sampling.sampler import SMOOTH
+from bayesub.inference.interface import SMOOTH
 from bayesub.io.words import listed
 from bayesub.logs import log_files
 from bayesub.model.actuators import command_column

@@ -13,6 +13,8 @@ from typing import Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
+SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
+
 
 class Progress(Protocol):
     """What work that takes time reports to."""

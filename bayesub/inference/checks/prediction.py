@@ -17,7 +17,7 @@ import numpy as np
 
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.identifiability.linalg import complete_svd
-from bayesub.inference.interface import Searchable, TrialInference
+from bayesub.inference.interface import SMOOTH, Searchable, TrialInference
 
 N_DRAWS = 800
 INTERVALS = (0.5, 0.9)
@@ -25,7 +25,6 @@ FALSE_ALARMS = 0.05  # of right posteriors; measured, 4 of 120 logs with a warm-
 LEAST_FLOWN = 20  # draws; of fewer there are no bands
 _ITERATIONS, _TOLERANCE = 30, 1e-2  # of searches; in posterior standard deviations
 _LONGEST = 1.0  # step of a coordinate, whose prior sd is one
-_SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends in searches
 
 
 @dataclass(frozen=True)
@@ -222,7 +221,7 @@ def given_warm_up(
     in common. If the boat of the mean does not complete the log, own parameters are drawn from the prior.
     """
     positions, shocks = np.asarray(own, dtype=int), rng.standard_normal((len(parameters), len(own)))
-    warm = _WarmUp(problem.smoothed(_SMOOTH), positions, np.flatnonzero(~_later(problem.times, warm_up)))
+    warm = _WarmUp(problem.smoothed(SMOOTH), positions, np.flatnonzero(~_later(problem.times, warm_up)))
     centre, t = parameters.mean(axis=0)[None], np.zeros((1, len(own)))
     if not (warm.early.size and positions.size and np.isfinite(problem.predicted(centre)).all()):
         return warm.placed(parameters, shocks)

@@ -13,12 +13,12 @@ from typing import Any, cast
 import numpy as np
 
 from bayesub.inference.checks import convergence
-from bayesub.inference.interface import Forced, Progress, Sampled
+from bayesub.inference.interface import SMOOTH, Forced, Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import search_marginal_mode
 from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.posterior import Posterior
-from bayesub.inference.sampling.sampler import SMOOTH, learn_coordinates
+from bayesub.inference.sampling.sampler import learn_coordinates
 from bayesub.io.errors import InputError
 
 FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree

@@ -15,7 +15,7 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
-from bayesub.inference.interface import Forced, LeastSquares, Progress, Sampled
+from bayesub.inference.interface import SMOOTH, Forced, LeastSquares, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import (
@@ -38,7 +38,6 @@ START_SWEEPS = 50  # of such steps
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
 LOOK = 100  # kept steps before the first look at convergence
 WARMUP = 0.1  # fraction of the steps so far that is discarded; before 0.25
-SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
 FORMAT = 6  # of checkpoints; those of a former one lack what this one counts, and are refused
