@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from bayesub.findings import derived, disturbances, remedies, run_numbers, set_up, unseen, verdicts
+from bayesub.findings.glance import glance
 from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
@@ -168,4 +169,5 @@ def numbers_of(results: Results) -> dict:
         numbers["verdict"]["cross_check"] = results.check.sentence
     verdict = verdicts.verdict_on(numbers)
     numbers["outcome"] = {"verdict": verdict, "status": verdicts.STATUS[verdict]}
+    numbers["glance"] = glance(numbers)
     return numbers
