@@ -192,7 +192,7 @@ def _untouched(contraction) -> str:
 def _found(results, baselines: list[dict]) -> list[Found]:
     """The solutions of the baselines, searches first; what one does not find is at its prior mean."""
     sample, found = results.summary, []
-    both = zip(results.estimates, baselines, strict=True)
+    both = zip(results.estimates, baselines, strict=False)
     order = sorted(both, key=lambda one: one[0].method != "SQP")
     for (estimate, numbers), (marker, colour) in zip(order, MARKS, strict=False):
         fits = np.array(numbers["chi_square_per_reading"]) < FITS

@@ -75,7 +75,9 @@ def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray,
             inches = np.array([left + edge, height - top - size + edge, size - edge - 0.1, size - edge - 0.1])
             axis = figure.add_axes(tuple(inches / ([width + _BAR, height] * 2)))
             of_block = correlation[np.ix_(block, block)]
-            image = axis.imshow(np.where(np.eye(len(block)) > 0.0, np.nan, of_block), cmap="RdBu_r", vmin=-1, vmax=1)
+            image = axis.imshow(
+                np.where(np.eye(len(block)) > 0.0, np.nan, of_block), cmap=style.CORRELATION, vmin=-1, vmax=1
+            )
             axis.grid(visible=False)
             axis.spines[:].set_visible(False)
             some = [names[k] for k in block]
