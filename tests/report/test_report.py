@@ -30,7 +30,7 @@ SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
 FIRST_WORDS = ("Is it?", "Answer.", "Converged", "Nothing found against", "<dt>Vehicle", "<nav", "<dt>Known", "<table")
 HOSTILE = "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"
 FIGURES = ("orders", "coefficients", "track", "fan", "criticism", "ladder", "pairs", "directions")
-FIGURES += ("corner_Y", "corner_N", "correlation", "ranks", "nuisance", "derived")
+FIGURES += ("corner_N", "correlation", "ranks", "nuisance", "derived")
 
 
 def posed(track, seed=0, sensors=SENSOR, current_mps=(0.0, 0.0), **given):
