@@ -1,4 +1,4 @@
-"""Prior and data: where they disagree, how far off the guesses are, and what of a posterior hangs on the prior."""
+"""Prior and data: where they disagree, how far off the guesses are, and what of a posterior depends on the prior."""
 
 from collections.abc import Sequence
 
@@ -12,6 +12,9 @@ from bayesub.problem.shared_scale import SharedScale
 
 DRAWS, FLOWN_DRAWS = 10_000, 2000  # at most; where the log likelihood needs simulations, of forces at knots
 PRIOR, LIKELIHOOD, BOTH = "prior", "likelihood", "both"
+HALF = 2.0**2 - 1.0  # precision that a prior half as wide adds, in units of its own
+FAR, NARROW = 0.5, 2.0 / 3.0  # changes of a mean, in sds, and of a width by such a prior from which they are quoted
+QUOTED = 5  # parameters that are named
 _EDGES = (0.05, 0.95)  # of the intervals that are quoted
 
 
@@ -102,7 +105,7 @@ def _named(found) -> str:
 
 
 def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:
-    """Sensitivities to prior and likelihood, and what each parameter hangs on, forces at knots left out.
+    """Sensitivities to prior and likelihood, and on which of them each parameter depends, forces at knots left out.
 
     The prior is scaled where it is standard normal, so that a uniform one is bent and has a sensitivity too. Of forces
     with unknown histories it is that of the process: the forces at the knots are no conclusions.
@@ -110,36 +113,58 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     `posterior`: of all its parameters; `n_effective` (n_others,): effective draws of each parameter that is no force at
     a knot.
 
-    Returns "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, and "hangs_on", (n_others,) words:
-    prior, likelihood, both, or none.
+    Returns "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, "hangs_on", (n_others,) words (prior,
+    likelihood, both, or none), and "half_prior_shift" and "half_prior_width" of :func:`half_prior`.
     """
     n = len(posterior.draws)
     some = np.arange(0, n, max(1, n // (FLOWN_DRAWS if problem.histories else DRAWS)))
     draws = posterior.draws[some]
     others, prior = draws[:, problem.others], problem.prior_of_others
+    standard = prior.standard(others)
     if problem.histories:
         log_likelihood = problem.log_likelihood(draws)
     else:
         log_likelihood = posterior.log_prob.ravel()[some] - prior.scaled_log_density(prior.scaled(others))
-    parts = {PRIOR: -0.5 * np.sum(prior.standard(others) ** 2, axis=1), LIKELIHOOD: log_likelihood}
+    parts = {PRIOR: -0.5 * np.sum(standard**2, axis=1), LIKELIHOOD: log_likelihood}
     values = {name: sensitivity(others, part) for name, part in parts.items()}
     n_effective = np.minimum(n_effective, len(some))
     limits = {name: np.maximum(SENSITIVE, 2.0 * sensitivity_noise(part, n_effective)) for name, part in parts.items()}
     large = {name: values[name] > limits[name] for name in parts}
     by_prior, by_data = large[PRIOR], large[LIKELIHOOD]
     words = np.select([by_prior & by_data, by_prior, by_data], [BOTH, PRIOR, LIKELIHOOD], "")
-    return {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}
+    shift, width = half_prior(standard)
+    result = {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}
+    return result | {"half_prior_shift": shift, "half_prior_width": width}
+
+
+def half_prior(standard: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What priors half as wide about the same centres would change, the posterior taken as normal.
+
+    A posterior with mean m and covariance C in the coordinates in which the prior is N(0, I) has the precision C^-1.
+    With a prior of half the width that is C^-1 + 3 I, hence the covariance (I + 3 C)^-1 C and the mean
+    (I + 3 C)^-1 m. C is not inverted: it may be all but singular.
+
+    `standard`: draws (n, n_params) in those coordinates.
+
+    Returns the shift (n_params,) of each mean in posterior standard deviations, and the width (n_params,) over that of
+    today.
+    """
+    covariance = np.atleast_2d(np.cov(standard.T))
+    change = np.linalg.inv(np.eye(len(covariance)) + HALF * covariance)
+    sd = np.sqrt(np.diag(covariance))
+    sd[sd == 0.0] = 1.0  # of what never moves
+    mean = standard.mean(axis=0)
+    return (change @ mean - mean) / sd, np.sqrt(np.maximum(np.diag(change @ covariance), 0.0)) / sd
 
 
 def sensitivity_sentence(rows: Sequence[dict]) -> str:
-    """Which parameters hang on the prior, from their rows; empty if none does."""
-    groups = {word: [row["name"] for row in rows if row["hangs_on"] == word] for word in (PRIOR, BOTH)}
-    parts = []
-    if groups[PRIOR]:
-        parts.append(f"A prior of another width would give another answer for {', '.join(groups[PRIOR])}.")
-    if groups[BOTH]:
-        parts.append(
-            f"Prior and data pull {', '.join(groups[BOTH])} to different sides: the answer is between them, and the "
-            "centre of the prior matters."
-        )
-    return " ".join(parts)
+    """What priors half as wide would change, from the rows of the coefficients; empty if that is nothing worth it."""
+    far = sorted((row for row in rows if abs(row["half_prior_shift"]) >= FAR), key=lambda r: -abs(r["half_prior_shift"]))
+    narrow = sum(row["half_prior_width"] <= NARROW for row in rows)
+    parts = [f"the 90 % intervals of {narrow} of {len(rows)} coefficients would be narrower by a third or more"]
+    parts = parts if narrow else []
+    if far:
+        moved = ", ".join(f"{row['name']} by {abs(row['half_prior_shift']):.1f}" for row in far[:QUOTED])
+        more = f", and {len(far) - QUOTED} more by {FAR:g} or more" if len(far) > QUOTED else ""
+        parts.append(f"the means would move: {moved}{more} (in posterior standard deviations)")
+    return f"With priors half as wide {', and '.join(parts)}." if parts else ""
