@@ -1,4 +1,4 @@
-"""Prior and data: where they disagree, how far off the guesses are, and what of a posterior depends on the prior."""
+"""Prior and data: where they disagree, how far off the prior is, and what of a posterior depends on the prior."""
 
 from collections.abc import Sequence
 
@@ -67,7 +67,7 @@ def _scales(prior, names, draws):
 
 
 def sentences(numbers: dict) -> dict[str, str]:
-    """A sentence on the conflict, only where there is one, and one on the scale of the guesses if it is unknown."""
+    """A sentence on the conflict, only where there is one, and one on the scale of the prior if it is unknown."""
     found = numbers["conflict"]
     result = {"conflict": f"{_named(found)}{_REMEDY}"} if found["found"] else {}
     if found["scales"]:
@@ -76,29 +76,29 @@ def sentences(numbers: dict) -> dict[str, str]:
             low, high, first, last = (100.0 * edge for edge in (*row["interval"], *row["prior"]))
             of_which = f" of {', '.join(row['names'])}" if len(found["scales"]) > 1 else ""
             texts.append(
-                f"The guesses{of_which} are off by {100.0 * row['median']:.0f} % (sd of the logarithm, 90 % interval "
-                f"{low:.0f} to {high:.0f} %), where the prior said {first:.0f} to {last:.0f} %."
+                f"The centres of the prior{of_which} are off by {100.0 * row['median']:.0f} % (standard deviation of "
+                f"the logarithm; 90 % interval {low:.0f} to {high:.0f} %, possible were {first:.0f} to {last:.0f} %)."
             )
         result["guess"] = " ".join(texts)
     return result
 
 
 _REMEDY = (
-    " A right prior is called so in one study of a hundred: look for a wrong sign or unit, the scale or"
-    " clock of a sensor, the scale of a rudder or of the rpm; give the coefficient a prior"
-    ' of its own in [prior.given], or all a scale that the data inform (kind = "relative_hierarchical").'
+    " With a correct prior this happens in one study of a hundred: look for a wrong sign or unit, the scale or"
+    " clock of a sensor, the scale of a rudder or of the rpm; or give the coefficient a prior of its own in"
+    ' [prior.given], or give all coefficients a common scale that the data inform (kind = "relative_hierarchical").'
 )
 
 
 def _named(found) -> str:
     if not found["named"]:
         return (
-            f"Prior and data disagree on no coefficient by itself, but on all together: {found['n_directions']} "
-            f"directions that the data know are as far from the prior with a probability of {found['probability']:.1g}."
+            f"Prior and data agree on each coefficient by itself, but not on all together: the {found['n_directions']} "
+            f"combinations that the data determine are as far off with probability {found['probability']:.1g}."
         )
     rows = [
-        f"{row['name']} ({' to '.join(f'{edge:.3g}' for edge in row['posterior'])} where the prior said "
-        f"{' to '.join(f'{edge:.3g}' for edge in row['prior'])}; {row['sds']:.1f} standard deviations off)"
+        f"{row['name']} (posterior {' to '.join(f'{edge:.3g}' for edge in row['posterior'])}, prior "
+        f"{' to '.join(f'{edge:.3g}' for edge in row['prior'])}; {row['sds']:.1f} standard deviations apart)"
         for row in found["named"]
     ]
     return f"Prior and data disagree on {', '.join(rows)}, 90 % intervals."
@@ -159,7 +159,9 @@ def half_prior(standard: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def sensitivity_sentence(rows: Sequence[dict]) -> str:
     """What priors half as wide would change, from the rows of the coefficients; empty if that is nothing worth it."""
-    far = sorted((row for row in rows if abs(row["half_prior_shift"]) >= FAR), key=lambda r: -abs(r["half_prior_shift"]))
+    far = sorted(
+        (row for row in rows if abs(row["half_prior_shift"]) >= FAR), key=lambda r: -abs(r["half_prior_shift"])
+    )
     narrow = sum(row["half_prior_width"] <= NARROW for row in rows)
     parts = [f"the 90 % intervals of {narrow} of {len(rows)} coefficients would be narrower by a third or more"]
     parts = parts if narrow else []
