@@ -141,11 +141,11 @@ def _heavy(rows) -> str:
         move = row["moves"][0]
         known = f"; the log determines it to {_amount(row['name'], row['estimate_sd'])}" if row["estimate_sd"] else ""
         change = f"{100.0 * abs(move['relative']):.2g} % ({abs(move['sds']):.2g} standard deviations{known})"
-        texts.append(f"{_amount(row['name'], row['size'])} of {row['name']} changes {move['name']} by {change}")
+        texts.append(f"{_amount(row['name'], row['size'])} in {row['name']} changes {move['name']} by {change}")
     more = f", and {len(heavy) - QUOTED} more" if len(heavy) > QUOTED else ""
     return (
         "The answer depends on scales, zeros and clocks that are held. An error of "
-        f"{', of '.join(texts)}{more}. If one may be that far off, give {_remedy(heavy[0])}."
+        f"{', '.join(texts)}{more}. If one may be that far off, give {_remedy(heavy[0])}."
     )
 
 

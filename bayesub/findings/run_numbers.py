@@ -238,9 +238,8 @@ def _answer(numbers) -> dict[str, str]:
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
     return {
-        "answer": f"Of {len(rows)} coefficients {known} are known to {100 * KNOWN:.0f} %, "
-        f"{len(rows) - known - untouched} less well but better than before the trial, and {untouched} by the prior "
-        f"alone; {null_count(numbers['ranks'])}."
+        "answer": f"Known to {100 * KNOWN:.0f} %: {known} of {len(rows)} coefficients; less well, but better than before "
+        f"the trial: {len(rows) - known - untouched}; by the prior alone: {untouched}; {null_count(numbers['ranks'])}."
     }
 
 
@@ -288,7 +287,7 @@ def _directions(numbers) -> dict[str, str]:
         pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
         result["null"] = (
             f"The motion stays the same when these change together, in per cent of their values or any multiple of "
-            f"it: {words}. Holding {', '.join(pivots)} fixed makes the rest unique."
+            f"that: {words}. Holding {', '.join(pivots)} fixed makes the rest unique."
         )
     return result
 

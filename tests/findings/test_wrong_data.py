@@ -83,7 +83,7 @@ def test_a_right_log_contradicts_nothing_and_its_drag_rests_on_the_scales(auv, f
         move = rows[name]["moves"][0]
         assert move["name"] == "Xuu"
         assert move["relative"] == pytest.approx(share, rel=0.2)
-        assert f"of {name} changes" in sentences["rests_on"]
+        assert f"in {name} changes" in sentences["rests_on"]
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_linear_change_is_that_of_a_fit_to_the_wrong_log(auv, flown):
 def test_wrong_controls_cannot_be_told_and_the_answer_says_what_it_rests_on(auv, flown, column):
     """A thrust or a rudder that is 1.2 times as strong trades off with what it is to tell."""
     *_, rows, sentences = said(auv, *flown)
-    assert f"of scale_{column} changes" in sentences["rests_on"]
+    assert f"in scale_{column} changes" in sentences["rests_on"]
     assert {"propeller": "Xuu", "rudder": "Nuu_dr"}[column] in [
         move["name"] for move in rows[f"scale_{column}"]["moves"]
     ]
@@ -189,4 +189,4 @@ def test_what_the_sampled_posterior_of_the_own_log_says(tmp_path, change, topic,
     said = run(load_study(tmp_path / "own_log.toml", quick=True), tmp_path / "run").sentences
     assert words in said.get(topic, "")
     assert ("contradiction" in said) == (topic == "contradiction")
-    assert "of scale_propeller changes Xuu by 5 %" in said["rests_on"]
+    assert "in scale_propeller changes Xuu by 5 %" in said["rests_on"]
