@@ -238,8 +238,8 @@ def _answer(numbers) -> dict[str, str]:
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
     return {
-        "answer": f"Known to {100 * KNOWN:.0f} %: {known} of {len(rows)} coefficients; less well, but better than before "
-        f"the trial: {len(rows) - known - untouched}; by the prior alone: {untouched}; {null_count(numbers['ranks'])}."
+        "answer": f"Known to {100 * KNOWN:.0f} %: {known} of {len(rows)} coefficients; less well, but better than "
+        f"before: {len(rows) - known - untouched}; by the prior alone: {untouched}; {null_count(numbers['ranks'])}."
     }
 
 
