@@ -238,8 +238,8 @@ def _answer(numbers) -> dict[str, str]:
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
     return {
-        "answer": f"Known to {100 * KNOWN:.0f} %: {known} of {len(rows)} coefficients; less well, but better than "
-        f"before: {len(rows) - known - untouched}; by the prior alone: {untouched}; {null_count(numbers['ranks'])}."
+        "answer": f"Of {len(rows)} coefficients: {known} known to {100 * KNOWN:.0f} %, {len(rows) - known - untouched} "
+        f"less well but better than before, {untouched} by the prior alone; {null_count(numbers['ranks'])}."
     }
 
 
