@@ -20,7 +20,7 @@ AHEAD = {"u", "V", "U", "uc"}  # symbols that are positive in any flight ahead
 
 @dataclass(frozen=True)
 class CardWarning:
-    """What is unlike a boat."""
+    """A finding that is unlike a boat, with its remedy."""
 
     text: str  # what is wrong, with the numbers that show it
     remedy: str  # what to look at

@@ -152,7 +152,7 @@ class Comparison:
         return pair | {"hellinger": hellinger(one, other), "furthest": furthest, "wasserstein": distances}
 
     def _sentences(self, numbers: dict) -> dict[str, str]:
-        """What is to be said, by topic."""
+        """The sentences by topic."""
         labels = [run.label for run in self.runs]
         shared = self.shared(*labels)
         sentences = {

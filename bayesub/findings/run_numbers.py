@@ -233,7 +233,7 @@ def sentences(numbers: dict) -> dict[str, str]:
 
 
 def _answer(numbers) -> dict[str, str]:
-    """What the trial says, in one sentence."""
+    """The answer of the trial in one sentence."""
     rows = numbers["parameters"]
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
@@ -332,7 +332,7 @@ def _search(numbers) -> dict[str, str]:
 
 
 def reference_word(numbers: dict) -> str:
-    """What ratios refer to."""
+    """The word for what ratios refer to."""
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
 
 
@@ -363,7 +363,7 @@ def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dic
 
 
 def null_sentence(directions: list[dict]) -> str:
-    """What may change together; empty if nothing may."""
+    """The coefficients that may change together, in words; empty without null directions."""
     return "; ".join(f"{direction['axis']}: {_null_words(direction['changes'])}" for direction in directions)
 
 
