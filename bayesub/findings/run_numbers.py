@@ -363,7 +363,7 @@ def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dic
 
 
 def null_sentence(directions: list[dict]) -> str:
-    """The coefficients that may change together, in words; empty without null directions."""
+    """What may change together; empty if nothing may."""
     return "; ".join(f"{direction['axis']}: {_null_words(direction['changes'])}" for direction in directions)
 
 
