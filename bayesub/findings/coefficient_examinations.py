@@ -95,7 +95,7 @@ def inertia(boat: Vehicle) -> Examination:
     moments = sorted((body["Ixx"], body["Iyy"], body["Izz"]))
     if spatial and moments[0] + moments[1] < moments[2] * (1.0 - 1e-9):
         found.warn(
-            "the moments of inertia are those of no body: one exceeds the sum of the others", "check their units"
+            "the moments of inertia are not those of a body: one exceeds the sum of the others", "check their units"
         )
     rotations = ("Iyy", "Izz") if spatial else ("Izz",)
     radii = {key: np.sqrt(body[key] / body["mass"]) / boat.length_m for key in rotations}

@@ -296,8 +296,8 @@ def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -
     words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
-        f"The trial {f'{name} ' if name else ''}by draws of the prior (grey) and of the posterior (blue): {TRACKS} tracks "
-        f"each, and bands of every channel. Half of the 90 % band at the last reading shrinks: "
+        f"The trial {f'{name} ' if name else ''}by draws of the prior (grey) and of the posterior (blue): {TRACKS} "
+        f"tracks each, and bands of every channel. Half of the 90 % band at the last reading shrinks: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
