@@ -14,7 +14,7 @@ from manual.pages import OTHERS, PAGES, ROOT
 PACKAGE = ROOT / "bayesub"
 WORDS = {  # pattern -> what to write in its place
     r"(fore|un)?told\b|foretells?\b": "predicted, reported, distinguished; of draws of the prior: prior predictive",
-    r"tells? (nothing|little|much) (of|about)\b|to be told\b": "says nothing about, determines",
+    r"tells? (nothing|little|much|most|less|all) ?\b|to be told\b": "says nothing about, determines",
     r"hangs? on\b|hung on\b": "depends on",
     r"sharper\b|sharpen(s|ed|ing)?\b": "better known, narrower, more precise",
     r"nobody\b": "a negated verb, or the passive",
