@@ -145,7 +145,7 @@ class DesignedTrial:
 
     @cached_property
     def tank_values(self) -> list[TankValue]:
-        """Values from a towing tank that would tell most of what the trial leaves unknown."""
+        """Values from a towing tank that would determine most of what the trial leaves unknown."""
         return unlocking(self.after, TANK_SD, N_TANK, share=self.share)
 
     @cached_property
