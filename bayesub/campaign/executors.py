@@ -106,7 +106,7 @@ class Pool(Executor):
         """The error when pieces do not come back."""
 
     def _look(self) -> None:
-        """Raise InputError if nobody is left who does pieces."""
+        """Raise InputError if no worker is left."""
 
     def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
         """Name and result, or :class:`Failure`, of each piece as they come; InputError if the workers are lost."""

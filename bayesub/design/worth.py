@@ -29,7 +29,7 @@ class SensorWorth:
 
 
 def by_minute(judge: Judge, manoeuvre: Manoeuvre, minutes: Iterable[float]) -> dict[float, Information]:
-    """Minutes -> what the trial would have told if it had ended then."""
+    """Minutes -> what the trial would have determined had it ended then."""
     sensed = _sensed(judge, manoeuvre)
     return {minute: sensed.information(sensed.times <= 60.0 * minute)[0] for minute in minutes}
 

@@ -28,7 +28,7 @@ class ChannelCard:
     interval_s: float  # the median between two readings
     gaps: tuple[tuple[float, float], ...]  # start and end in s of each time without readings
     outliers: np.ndarray  # times in s of readings unlike their neighbours
-    n_directions: int  # of parameter space in which this channel alone is sharper than the prior
+    n_directions: int  # of parameter space that this channel alone determines better than the prior
     contraction: np.ndarray  # (n_params,), posterior over prior sd by its Fisher information at the prior centre alone
 
     def line(self, names: Sequence[str]) -> str:
@@ -65,7 +65,7 @@ class DataCard:
 
     def lines(self) -> list[str]:
         """The card in words, a line a channel, and what trades off with zeros of actuators."""
-        together = f"together: {self.n_directions} of {len(self.names)} directions sharper than the prior"
+        together = f"together: {self.n_directions} of {len(self.names)} directions known better than by the prior"
         lines = [*(channel.line(self.names) for channel in self.channels), together]
         lines += [zeros.sentence(self.zeros)] if self.zeros else []
         return [*lines, f"advice: {self.advice}"] if self.advice else lines
@@ -145,7 +145,7 @@ def _without_forces(whitened, others) -> np.ndarray:
 
 
 def _information(whitened, factor) -> tuple[int, np.ndarray]:
-    """Directions sharper than the prior, and posterior sd over prior sd (n_others,).
+    """Directions known better than by the prior, and posterior sd over prior sd (n_others,).
 
     They are of a Jacobian by parameters in prior sds, whose correlations have the factor (n_others, n_others).
     """

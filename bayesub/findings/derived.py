@@ -198,7 +198,7 @@ def in_words(low: float, high: float) -> tuple[str, str]:
 
 
 def sentence(found: dict) -> str:
-    """What the posterior says of the boat as a sailor meets it; empty if nothing follows from what is inferred."""
+    """The headline manoeuvring quantities in words; empty if the inferred parameters determine none."""
     rows = {row["name"]: row for row in found["quantities"]}
     parts = []
     for row in (rows[name] for name in HEADLINES if name in rows and rows[name]["width_ratio"] is not None):
@@ -209,5 +209,5 @@ def sentence(found: dict) -> str:
     stable = []
     for name in filter(rows.get, STABILITIES):
         after, before = (100.0 * found["stable"][name][which] for which in ("posterior", "prior"))
-        stable.append(f"{STABILITIES[name]} with {after:.3g} % (before {before:.3g} %)")
+        stable.append(f"{STABILITIES[name]} with probability {after:.3g} % (before {before:.3g} %)")
     return f"{text} Stable {listed(stable)}.".strip() if stable else text

@@ -122,7 +122,7 @@ class Prior:
     def found(self, draws: np.ndarray) -> "Prior":
         """What was known before: this prior, an unknown scale as draws (n, n_params) of the posterior say it.
 
-        A scale that the data say narrows the prior of parameters that they do not see, and tells nothing of these.
+        A scale that the data say narrows the prior of parameters that they do not see, and says nothing about these.
         """
         return self
 

@@ -40,7 +40,7 @@ from bayesub.sensors.record import Channel
 
 _UNITS = {"I": "kgm2", "x": "m", "y": "m", "z": "m"}
 CURRENTS = ("current_north_mps", "current_east_mps")
-ON_READINGS = ("bias", "scale")  # attributes of a channel that are none of its noise
+ON_READINGS = ("bias", "scale")  # attributes of a channel that are not its noise
 _SCALED = ("mps", "degps", "mps2", "degps2")  # units of the columns whose sensors have a scale
 
 # Name -> entries of the body vector and what a unit of the parameter adds to each; b1 .. b9 in their own unit.

@@ -59,6 +59,15 @@ def test_a_page_is_printed_without_its_comments(bayesub):
     assert "<!--" not in out
 
 
+def test_formulas_are_in_letters_at_the_terminal(bayesub):
+    """And the code of the page stays as it is."""
+    _, out, _ = bayesub("manual", "model")
+    assert re.search(r"^    θ̇ = cos φ q - sin φ r +\(1\.7\)$", out, flags=re.MULTILINE)
+    assert "as n/k_0 (section 5). ν = √(v² + w²) is the cross-flow speed" in out
+    assert "`u*u*dr*dr`" in out
+    assert not re.search(r"[\\$]|&&", out)
+
+
 def test_the_path_of_a_page(bayesub):
     _, out, _ = bayesub("manual", "model", "--path")
     assert out.strip() == str(ROOT / "bayesub" / "manual" / "model.md")

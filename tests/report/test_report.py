@@ -151,7 +151,7 @@ def test_how_far_off_the_guesses_are_is_said_if_it_is_unknown(spiral_track, prob
     assert not found["found"]
     (scale,) = found["scales"]
     assert scale["interval"][0] < np.log(2.0) < scale["interval"][1]
-    assert "where the prior said 6 to 100 %" in conflicts.sentences({"conflict": found})["guess"]
+    assert "possible were 6 to 100 %" in conflicts.sentences({"conflict": found})["guess"]
 
 
 def test_trials_of_a_joint_problem_and_channels_without_noise(spiral_track):
@@ -367,7 +367,7 @@ def test_a_normal_posterior_is_said_to_be_normal_and_a_bent_one_not(results, num
     chain[..., moved] += posterior.sd[moved] * ((chain[..., by] - posterior.mean[by]) / posterior.sd[by]) ** 2
     bent = numbers_of(dataclasses.replace(results, posterior=dataclasses.replace(posterior, chain=chain)))
     assert not bent["normality"]["close"]
-    assert bent["verdict"]["normality"].startswith("The posterior is not normal in Nuv: ")
+    assert " The posterior is not normal in Nuv: " in bent["verdict"]["normality"]
     assert "fit the next trial together with this one" in Page(page_of(numbers | bent)).text
 
 

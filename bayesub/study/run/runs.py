@@ -56,7 +56,7 @@ def folders(paths: Iterable[Path], output: Path) -> dict[Path, Path]:
 def flaws(folder: Path, study: Path | None) -> dict[str, str]:
     """Why the run of a folder is not what its study, if it is there, gives now; empty for a current run.
 
-    Of ``sources``, ``versions``, ``commit`` and ``study``, what has changed -> how; what cannot be told is left out.
+    Of ``sources``, ``versions``, ``commit`` and ``study``, what has changed -> how; what is unknown is left out.
     """
     from bayesub.study.run.run import read
 

@@ -124,7 +124,7 @@ class ScriptRun:
         self.tables: list[str] = []
 
     def __getstate__(self):
-        """In another process there is nobody to report to, and no other processes."""
+        """In another process there is no display to report to, and there are no other processes."""
         return self.__dict__ | {"progress": SILENT, "executor": executors.Serial()}
 
     def figure(self, name: str) -> list[Path]:

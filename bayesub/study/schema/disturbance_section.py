@@ -275,7 +275,7 @@ def _positive(rms: float, axis: str) -> float:
     if not rms > 0.0:
         way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
         raise InputError(
-            f"disturbance: the hull makes no {axis} on the manoeuvre, so that it has no share; give {way}",
+            f"disturbance: the hull's own {axis} is zero in this manoeuvre, and so is a share of it; give {way}",
             "conflict",
             f"disturbance.share.{axis}",
         )

@@ -198,7 +198,7 @@ def test_a_fit_that_is_accepted_and_does_not_predict_ends_with_that_verdict(baye
 def test_what_nobody_has_tried_is_said(bayesub, folder):
     (folder / "study.toml").write_text(FITTED)
     _, out, _ = bayesub("run", folder / "study.toml", "-o", folder / "run")
-    assert out.splitlines()[-2].startswith("prediction: None was tried: the only log is fitted")
+    assert out.splitlines()[-2].startswith("prediction: No prediction was tried: the only log is fitted")
     page = (folder / "run" / "report.html").read_text()
     assert page.index("No prediction.") < page.index("<img")
 
