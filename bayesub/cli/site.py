@@ -12,6 +12,7 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 
 import tomli_w
@@ -43,6 +44,8 @@ def write(site: Path, pages: Mapping[str, Page], reports: Path | None) -> int:
         raise InputError(
             "--site needs a clone of the repository: README and figures are no part of the package", "file"
         )
+    if missing := [name for name in ("zensical", "latex2mathml") if not find_spec(name)]:
+        raise InputError(f"--site needs {' and '.join(missing)}: pip install 'bayesub[site]'", "install", missing[0])
     if site.exists() and not (site / MARK).is_file() and (not site.is_dir() or any(site.iterdir())):
         raise InputError(f"{site}: holds something else than a site; name a new folder", "file")
     with tempfile.TemporaryDirectory() as scratch:
@@ -73,12 +76,8 @@ def _stage(docs: Path, pages: Mapping[str, Page]) -> None:
     (docs / HOME).write_text(WIDE + home.text, encoding="utf-8")
     named = re.compile(rf"page `({'|'.join(pages)})`")
     for page in pages.values():
-        text = (
-            named.sub(r"page [`\1`](\1.md)", page.text)
-            if page.path.suffix == ".md"
-            else f"# {page.topic.title()}\n\n```bibtex\n{page.text}```\n"
-        )
-        (docs / _place(page)).write_text(text, encoding="utf-8")
+        text = page.text if page.path.suffix == ".md" else f"# {page.topic.title()}\n\n```bibtex\n{page.text}```\n"
+        (docs / _place(page)).write_text(named.sub(r"page [`\1`](\1.md)", text), encoding="utf-8")
 
 
 def _show_reports(page: Path, found: set[Path]) -> None:
@@ -108,24 +107,20 @@ def _lay_out(docs: Path, pages: Mapping[str, Page]) -> Path:
     file = docs.parent / "zensical.toml"
     file.write_text(tomli_w.dumps(config), encoding="utf-8")
     done = subprocess.run([sys.executable, "-m", "zensical", "build", "-f", file], capture_output=True, text=True)
-    if "No module named" in done.stderr:
-        raise InputError("--site needs Zensical: pip install 'bayesub[site]'", "install", "zensical")
     if done.returncode:
-        raise InputError(
-            f"--site: Zensical ends with: {done.stdout.strip()} {done.stderr.strip()}", "install", "zensical"
-        )
+        raise InputError(f"--site: Zensical ends with: {' '.join((done.stdout + done.stderr).split())}", "file")
     return docs.parent / "site"
 
 
 def _draw_formulas(page: Path) -> Path:
     """Write the LaTeX of a page as MathML."""
     text = page.read_text(encoding="utf-8")
-    if FORMULA.search(text):
-        page.write_text(FORMULA.sub(_drawn, text), encoding="utf-8")
+    page.write_text(FORMULA.sub(_drawn, text), encoding="utf-8")
     return page
 
 
 def _drawn(formula: re.Match[str]) -> str:
     from latex2mathml import converter
 
-    return converter.convert(html.unescape(formula[2]), display="block" if formula[1] == "div" else "inline")
+    drawn = converter.convert(html.unescape(formula[2]), display="block" if formula[1] == "div" else "inline")
+    return re.sub(r"<mi>([a-z]{2,})</mi>", r'<mo lspace="0.1em" rspace="0.17em">\1</mo>', drawn)  # sin, cos
