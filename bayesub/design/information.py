@@ -27,7 +27,7 @@ class Information:
     gram: np.ndarray  # (n, n), Fisher information of the readings, all else integrated out
 
     def __add__(self, other: "Information") -> "Information":
-        """What two independent trials of the same boat tell together."""
+        """The joint information of two independent trials of the same boat."""
         return replace(self, gram=self.gram + other.gram)
 
     @cached_property

@@ -124,7 +124,7 @@ def at_knots(family: Family, manoeuvre: Manoeuvre) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be searched."""
+    """The searches to be made."""
 
     judge: Judge
     range: Range

@@ -127,7 +127,7 @@ def search(
         if optimiser.should_stop():
             break
     if least >= OUTSIDE:
-        what = f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to"
+        what = f"design: none of {costs.n} manoeuvres keeps the limits for the required share of boats"
         raise InputError(f"{what}; widen the limits, lower share_of_draws, or shorten the trial", "conflict", "limits")
     return Found(numbers, float(least), costs.n, np.array(history))
 

@@ -22,7 +22,7 @@ WIDEST = 1e6  # of a bracket about the sd that half of the gain takes, over the 
 
 @dataclass(frozen=True)
 class SensorWorth:
-    """What one channel brings to a trial."""
+    """The information of one channel of a trial."""
 
     without: Information  # of all other channels
     alone: Information  # of this channel only

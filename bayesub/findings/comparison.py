@@ -18,6 +18,7 @@ from bayesub.problem.nuisance import of_boat
 
 QUANTILES = tuple(derived.QUANTILES.values())
 LONGEST = 200  # characters of a setting in a table
+WIDER = 1.05  # ratio of two standard deviations that is more than the noise of their draws
 
 
 @dataclass(frozen=True)
@@ -152,7 +153,7 @@ class Comparison:
         return pair | {"hellinger": hellinger(one, other), "furthest": furthest, "wasserstein": distances}
 
     def _sentences(self, numbers: dict) -> dict[str, str]:
-        """What is to be said, by topic."""
+        """The sentences by topic."""
         labels = [run.label for run in self.runs]
         shared = self.shared(*labels)
         sentences = {
@@ -160,27 +161,35 @@ class Comparison:
         }
         if shared:
             sds = {name: {label: numbers["parameters"][name][label]["sd"] for label in labels} for name in shared}
-            best = [min(labels, key=of.__getitem__) for of in sds.values()]
-            counts = ", ".join(f"{best.count(label)} by {label}" for label in labels)
-            sentences["known"] = f"Known best (smallest sd): {counts}."
+            best = [
+                min(labels, key=of.__getitem__) for of in sds.values() if max(of.values()) > WIDER * min(of.values())
+            ]
+            counts = [f"{best.count(label)} by {label}" for label in labels if label in best]
+            same = [f"{len(shared) - len(best)} equally well"] if len(best) < len(shared) else []
+            sentences["known"] = (
+                f"Best known: {', '.join(counts + same)} (sds that differ by {100 * WIDER - 100:.0f} % or more)."
+            )
         pairs = [pair for pair in numbers["pairs"] if pair["n_shared"]]
         if pairs:
             apart = max(pairs, key=lambda pair: pair["hellinger"])
             floors = [numbers["runs"][apart[key]]["halves"] for key in ("first", "second")]
             chance = max((floor for floor in floors if floor is not None), default=None)
-            of = f" (two halves of one run: {cell(chance, 2)})" if chance is not None else ""
             name = apart["furthest"]
-            sentences["distance"] = (
-                f"Furthest apart are {apart['first']} and {apart['second']}: Hellinger distance "
-                f"{cell(apart['hellinger'], 2)} of {apart['n_shared']} parameters{of}, and most of all {name}, moved "
-                f"by {cell(apart['wasserstein'][name], 2)} pooled sds."
-            )
+            if chance is not None and apart["hellinger"] <= chance:
+                sentences["distance"] = "The runs do not differ by more than the noise of their draws."
+            else:
+                of = f" (two halves of one run: {cell(chance, 2)})" if chance is not None else ""
+                sentences["distance"] = (
+                    f"Furthest apart are {apart['first']} and {apart['second']}: Hellinger distance "
+                    f"{cell(apart['hellinger'], 2)} for {apart['n_shared']} parameters{of}, and most of all {name}, "
+                    f"moved by {cell(apart['wasserstein'][name], 2)} pooled standard deviations."
+                )
         flown = {label: p for label, p in numbers["predictions"].items() if p.get("is_flown")}
         if flown:
             places = [f"{cell(p['distance_m'][POSTERIOR]['at_end'], 2)} m ({label})" for label, p in flown.items()]
             sentences["prediction"] = (
                 f"At the end of {self.manoeuvre} the boat is with 90 % probability within {', '.join(places)} of where "
-                "each expects it."
+                "each run expects it."
             )
         missing = [f"{run.label}: {run.why_not}" for run in self.runs if run.why_not]
         if missing:

@@ -50,7 +50,7 @@ class ChannelCard:
 
 @dataclass(frozen=True)
 class DataCard:
-    """What the data of a study are like."""
+    """Coverage and information of the data of a study."""
 
     title: str  # study and vehicle
     equations: EquationSet  # of the vehicle

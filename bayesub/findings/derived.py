@@ -17,7 +17,7 @@ from bayesub.problem.distributions import Prior
 N_DRAWS = 400  # from the prior, and from the posterior
 QUANTILES = {"q5": 0.05, "q25": 0.25, "median": 0.5, "q75": 0.75, "q95": 0.95}
 SAME = 1e-9  # of its size, the spread of a quantity that does not follow from what is inferred
-HELD, CONFINED = "it follows from nothing that is inferred", "the trials were confined to the other plane"
+HELD, CONFINED = "it depends on no inferred parameter", "the trials were confined to the other plane"
 HEADLINES = ("tactical_diameter_m", "zigzag_overshoot_deg", "dive_depth_m")
 STABILITIES = {"straight_line_stability": "on a straight course", "vertical_stability": "in the vertical plane"}
 

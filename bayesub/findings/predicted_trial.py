@@ -34,7 +34,7 @@ class Region:
 
 @dataclass(frozen=True)
 class PredictedMotion:
-    """What draws say of a motion."""
+    """A motion as draws predict it."""
 
     times: np.ndarray  # (n_times,), s
     median: np.ndarray  # (n_times, 12) of the states over the ground, SI units

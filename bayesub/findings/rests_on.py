@@ -83,7 +83,7 @@ def _moved(problem, best, jacobian, columns, sizes, mean, sd) -> list[dict]:
 
 
 def _faults(trial: TrialProblem) -> list[Nuisance]:
-    """What a trial holds of scales, zeros and clocks that it could infer."""
+    """The scales, zeros and clocks that a trial holds and could infer."""
     channels, actuators = trial.record.channels, trial.vehicle.actuators.parameters
     names = [PROPELLER, *(name for name, (_, kind) in actuators.items() if kind == "scale" or name.endswith("_deg"))]
     for channel in channels:

@@ -233,13 +233,13 @@ def sentences(numbers: dict) -> dict[str, str]:
 
 
 def _answer(numbers) -> dict[str, str]:
-    """What the trial says, in one sentence."""
+    """The answer of the trial in one sentence."""
     rows = numbers["parameters"]
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
     return {
-        "answer": f"Known to {100 * KNOWN:.0f} %: {known} of {len(rows)} coefficients; less well, but better than "
-        f"before: {len(rows) - known - untouched}; by the prior alone: {untouched}; {null_count(numbers['ranks'])}."
+        "answer": f"Of {len(rows)} coefficients: {known} known to {100 * KNOWN:.0f} %, {len(rows) - known - untouched} "
+        f"less well but better than before, {untouched} by the prior alone; {null_count(numbers['ranks'])}."
     }
 
 
@@ -332,7 +332,7 @@ def _search(numbers) -> dict[str, str]:
 
 
 def reference_word(numbers: dict) -> str:
-    """What ratios refer to."""
+    """The word for what ratios refer to."""
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
 
 

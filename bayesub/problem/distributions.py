@@ -36,7 +36,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 class Prior:
-    """What the priors of this module share."""
+    """Common base of the priors of this module."""
 
     if TYPE_CHECKING:  # attributes of some priors, properties of others
 

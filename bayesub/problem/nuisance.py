@@ -122,7 +122,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return _of_propeller(vehicle, manoeuvre)
     if name in CURRENTS:
         if not any(channel.over_ground for channel in channels):
-            raise _refused(name, "no channel is over the ground, so that none feels a current")
+            raise _refused(name, "no channel is measured over the ground, so that a current has no effect")
         return Nuisance(name, 0.0)
     mounts = mounting.mounts(channels)
     if name in mounts:

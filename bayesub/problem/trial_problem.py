@@ -188,7 +188,7 @@ class TrialProblem(FlownTrial):
 
     @property
     def costs(self) -> Costs:
-        """What this problem and its views have computed so far."""
+        """Counts of what this problem and its views have computed."""
         return self.forward.costs
 
     def each_trial(self, parameters: np.ndarray) -> "Iterator[tuple[str, TrialProblem, np.ndarray]]":

@@ -242,7 +242,7 @@ def _fit(baseline: dict) -> str:
 
 
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
-    """What each trial was told to do."""
+    """The orders of each trial."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
     some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
     synthetic = all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))
@@ -296,8 +296,8 @@ def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -
     words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
-        f"The trial {f'{name} ' if name else ''}as the prior foretold it (grey) and as the posterior has it (blue): "
-        f"{TRACKS} tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
+        f"The trial {f'{name} ' if name else ''}by draws of the prior (grey) and of the posterior (blue): {TRACKS} "
+        f"tracks each, and bands of every channel. Half of the 90 % band at the last reading shrinks: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )

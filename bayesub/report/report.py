@@ -157,7 +157,7 @@ def markdown_page(
         for row in numbers["parameters"] + numbers["nuisance"]
     ]
     word, vehicle = reference_word(numbers), markdown(numbers["vehicle"])
-    heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "hangs on")
+    heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "depends on")
     page = StudyPage(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {vehicle}?",

@@ -43,7 +43,15 @@ def test_a_shift_is_found_in_the_parameter_that_has_it(suboff):
     assert pair["hellinger"] == pytest.approx(np.sqrt(1.0 - overlap), abs=0.03)
     assert numbers["runs"]["first"]["halves"] < 0.1 < pair["hellinger"]
     assert numbers["parameters"]["Nuu_dr"]["second"]["contraction"] == pytest.approx(0.25, abs=0.02)
-    assert "most of all Nuv, moved by 2 pooled sds" in numbers["sentences"]["distance"]
+    assert "most of all Nuv, moved by 2 pooled standard deviations" in numbers["sentences"]["distance"]
+
+
+def test_equal_runs_do_not_differ_by_more_than_noise(suboff):
+    """Two sets of draws of one posterior."""
+    runs = [compared(label, suboff, NAMES, [0.0] * 3, [1.0] * 3, k) for k, label in enumerate(("one", "other"))]
+    sentences = Comparison(tuple(runs), "zigzag").numbers["sentences"]
+    assert sentences["distance"] == "The runs do not differ by more than the noise of their draws."
+    assert sentences["known"].startswith("Best known: 3 equally well (")
 
 
 def test_the_one_with_the_smallest_sd_knows_best(suboff):
@@ -51,7 +59,7 @@ def test_the_one_with_the_smallest_sd_knows_best(suboff):
     blunt = compared("blunt", suboff, NAMES[1:], [0.0] * 2, [1.0, 0.5])
     numbers = Comparison((sharp, blunt), "zigzag").numbers
     assert numbers["sentences"]["shared"].startswith("The 2 runs have 2 coefficients")
-    assert numbers["sentences"]["known"].endswith("1 by sharp, 1 by blunt.")
+    assert numbers["sentences"]["known"] == "Best known: 1 by sharp, 1 by blunt (sds that differ by 5 % or more)."
     assert list(numbers["parameters"]["Xuu"]) == ["sharp"]
 
 

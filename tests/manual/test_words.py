@@ -9,7 +9,7 @@ import tokenize
 from pathlib import Path
 
 import pytest
-from manual.pages import MANUAL, ROOT
+from manual.pages import OTHERS, PAGES, ROOT
 
 PACKAGE = ROOT / "bayesub"
 WORDS = {  # pattern -> what to write in its place
@@ -54,7 +54,7 @@ def flaws(path: Path) -> list[str]:
     [
         pytest.param(paths, id=name)
         for name, paths in {
-            "manual": [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *MANUAL],
+            "manual": [*PAGES, *OTHERS],
             "templates": [*PACKAGE.rglob("*.html"), *PACKAGE.rglob("new_*.toml")],
             **{room.name: sorted(room.rglob("*.py")) for room in PACKAGE.iterdir() if (room / "__init__.py").exists()},
         }.items()

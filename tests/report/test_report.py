@@ -139,7 +139,7 @@ def test_a_guess_with_the_wrong_sign_is_named_and_a_right_one_is_not(spiral_trac
     found = conflicts.numbers(wrong, posterior_of(wrong, np.random.default_rng(1)))
     assert [row["name"] for row in found["named"]] == ["Nuu_dr"]
     said = conflicts.sentences({"conflict": found})
-    assert said["conflict"].startswith("Prior and data disagree on Nuu_dr (-0.0022")
+    assert said["conflict"].startswith("Prior and data disagree on Nuu_dr (posterior -0.0022")
     assert list(said) == ["conflict"]
 
 

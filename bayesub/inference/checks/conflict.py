@@ -36,7 +36,7 @@ _NOISE = 0.32  # mean sensitivity of n normal draws to what does not concern the
 
 @dataclass(frozen=True)
 class Conflict:
-    """What is found."""
+    """The conflict between prior and data."""
 
     # parameter -> z, largest first, of those that no prior would be off by in one of a hundred studies
     named: dict[str, float]

@@ -36,7 +36,7 @@ class Normality:
 
     @property
     def sentence(self) -> str:
-        """What is found."""
+        """The finding in words."""
         k, i = int(np.argmax(self.distance)), int(np.argmax(np.abs(self.skewness)))
         along = f"{self.distance_along.max():.2g} along its principal directions"
         distances = (

@@ -70,7 +70,7 @@ class Request:
     boats: int = 1
 
     def config(self) -> dict:
-        """What the result depends on."""
+        """The files and settings that the result depends on."""
         return of_request("design", vars(self), self.files)
 
     @property

@@ -44,7 +44,7 @@ class FinishedRun:
 
     @property
     def doubt(self) -> str:
-        """What is wrong with the run, by its verdict; empty if nothing."""
+        """Why the run is in doubt, by its verdict; empty if it is not."""
         reasons = self.posterior.shortcomings if self.verdict == NOT_CONVERGED else ()
         return in_words(self.verdict, reasons) if STATUS[self.verdict] else ""
 
@@ -55,7 +55,7 @@ class FinishedRun:
 
     @property
     def files(self) -> dict[str, Path]:
-        """What a prediction by this run depends on: name -> file."""
+        """Name -> file that a prediction by this run depends on."""
         return {f"{self.folder}/{name}": self.folder / name for name in (CONFIG, POSTERIOR, ESTIMATES)}
 
     def setup(self, checks: Sequence[CheckSection] = ()) -> Setup:

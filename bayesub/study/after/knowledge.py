@@ -41,7 +41,7 @@ class Knowledge:
         return self.correlation * np.outer(self.sd, self.sd)
 
     def part(self, names: Sequence[str]) -> "Knowledge":
-        """What is known of some of them, the others integrated out."""
+        """The marginal of some of them."""
         places = [self.names.index(name) for name in names]
         return Knowledge(tuple(names), self.mean[places], self.sd[places], self.correlation[np.ix_(places, places)])
 
@@ -179,7 +179,7 @@ def _remark(contraction: float | None) -> str:
 
 
 def _head(run: FinishedRun, knowledge: Knowledge) -> list[str]:
-    """What the file says of itself."""
+    """The comment at the head of the file."""
     posterior = run.posterior
     others = [name for name in posterior.names if name not in knowledge.names]
     lines = [

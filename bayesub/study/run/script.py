@@ -66,7 +66,7 @@ class Script:
         return question(self.path)
 
     def config(self) -> dict:
-        """What the result depends on."""
+        """The files and settings that the result depends on."""
         entries = {
             "name": self.name,
             "question": question(self.path, functions=FUNCTIONS),
@@ -77,7 +77,7 @@ class Script:
         return entries | {"script_sha256": digest, "files_sha256": files} | environment(rooms, quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
-        """What a run folder keeps of the script: nothing but its place and its digests."""
+        """The place and the digests of the script, which a run folder keeps."""
         return {}
 
 

@@ -45,7 +45,7 @@ _SUITED = dict.fromkeys("XYZ", "sd_n") | dict.fromkeys("KMN", "sd_nm") | dict.fr
 
 
 def what(axis: str) -> str:
-    """What acts on an axis: a force, a moment or a current."""
+    """The kind of disturbance on an axis: a force, a moment or a current."""
     return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
 
 
