@@ -6,8 +6,11 @@ from dataclasses import asdict
 from html.parser import HTMLParser
 from urllib.parse import unquote
 
+import numpy as np
 import pytest
-from manual.pages import ROOT
+from manual.pages import PAGES, ROOT
+from PIL import Image
+from support import pictures
 from support.refusals import refused
 
 from bayesub.cli import manual, site
@@ -61,7 +64,7 @@ def test_links_lead_somewhere_and_nothing_is_loaded_from_elsewhere(built):
 
 @pytest.mark.docs
 def test_every_page_of_the_manual_stands_under_its_kind(built):
-    """Each page lists those of its kind at its side; the landing page has the kinds as tabs, and the pages no comments."""
+    """Each page lists those of its kind at its side, the landing page has the kinds as tabs, no page has comments."""
     home = (built[0] / "index.html").read_text(encoding="utf-8")
     tabs = re.findall(r'class="md-tabs__link">\s*(.*?)\s*</a>', home)
     assert tabs == ["Home", *(title.partition(":")[0] for title in manual.KINDS.values()), "Reports", "Studies"]
@@ -115,3 +118,22 @@ def test_what_a_site_needs_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(site, "ROOT", tmp_path)  # an installed package
     with refused("file"):
         site.write(tmp_path / "site", manual.pages(), None)
+
+
+@pytest.mark.docs
+def test_pictures_of_the_manual_are_those_of_its_command_and_each_is_shown(tmp_path):
+    """What needs neither a run nor a browser is drawn again: it has the size and nearly the colours of what is kept."""
+    assert sorted(pictures.NAMES) == sorted(file.stem for file in pictures.FOLDER.iterdir())
+    pictures.make(tmp_path, pictures.DRAWN)
+    for name in pictures.DRAWN:
+        drawn, kept = (colours(folder / f"{name}.png") for folder in (tmp_path, pictures.FOLDER))
+        assert drawn.shape == kept.shape
+        assert np.abs(drawn - kept).mean() < 2.0
+    shown = {link for page in PAGES for link in re.findall(r"!\[.*?\]\(\S*pictures/(\w+)\.png\)", page.read_text())}
+    assert shown == set(pictures.NAMES)
+
+
+def colours(file):
+    """(rows, columns, 3) from 0 to 255."""
+    with Image.open(file) as picture:
+        return np.asarray(picture.convert("RGB"), float)
