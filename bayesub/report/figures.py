@@ -13,7 +13,7 @@ from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import coefficients, convergence, corner, fit, posterior, prediction, spectrum, track
+from bayesub.report.plots import coefficients, convergence, corner, fit, posterior, prediction, small, spectrum, track
 from bayesub.report.plots import derived as derived_plot
 from bayesub.report.plots.style import Paths
 
@@ -47,11 +47,11 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             path, sample, prior, reference[:n], results.estimates, word, equations, wide=wide
         ),
     )
-    for trial in problem.each_trial(results.draws):
-        yield track_figure(*trial, synthetic=word == "truth")
+    yield from _small(results, reference[:n], word)
     both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
-    for (name, part, before), (*_, after) in both:
-        yield from fan_figure(name, part, before, after)
+    for k, ((name, part, before), (*_, after)) in enumerate(both):
+        fans = list(fan_figure(name, part, before, after, is_first=k == 0))
+        yield from fans or [track_figure(name, part, after, synthetic=word == "truth")]
     for forces in results.forces:
         yield disturbance_figure(forces)
     yield ReportFigure(
@@ -279,8 +279,40 @@ def _band(problem, draws: np.ndarray) -> str:
     )
 
 
-def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
-    """A trial by draws from before and after it; no figure if most draws of the prior do not complete it."""
+def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
+    """Of the first screen: how much narrower the coefficients became, and the strongest trade-off of two."""
+    sample, prior, n = results.summary, results.prior_of_others, len(reference)
+    which = f" The {small.BEST} that narrow most and {small.LEAST} that narrow least."
+    yield ReportFigure(
+        "forest_small",
+        f"90 % of the prior (grey) and of the posterior (blue).{which if n > small.BEST + small.LEAST else ''}",
+        lambda path: small.draw_forest(path, sample, prior, reference, results.problem.equations, word),
+    )
+    if n < 2:
+        return
+    correlation = np.triu(results.correlation[:n, :n], 1)
+    pair = np.unravel_index(np.argmax(np.abs(correlation)), correlation.shape)
+    draws, ends = sample.draws, np.transpose([prior.quantiles(p) for p in coefficients.PRIOR_EDGES])
+    yield ReportFigure(
+        "pair_small",
+        f"The strongest trade-off of two, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior.",
+        lambda path: small.draw_pair(
+            path,
+            coefficients.ratios(draws, reference, prior)[:, pair],
+            np.sort(coefficients.ratios(ends.T, reference, prior)[:, pair].T),
+            coefficients.labels([sample.names[k] for k in pair], results.problem.equations),
+            word,
+        ),
+    )
+
+
+def fan_figure(
+    name: str, problem: Any, before: np.ndarray, after: np.ndarray, *, is_first: bool = False
+) -> Iterator[ReportFigure]:
+    """A trial by draws from before and after it; no figure if most draws of the prior do not complete it.
+
+    `is_first`: whether its track is on the first screen too.
+    """
     prior, posterior = problem.predicted(before), problem.predicted(after)
     flown = np.isfinite(prior).all(axis=1)
     if 2 * np.count_nonzero(flown) < len(prior):
@@ -301,6 +333,9 @@ def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
+    if is_first:
+        caption = f"Tracks before (grey) and after the trial{f' {name}' if name else ''} (blue)."
+        yield ReportFigure("fan_small", caption, partial(small.draw_fan, tracks=tracks))
 
 
 def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:

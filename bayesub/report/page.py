@@ -29,7 +29,8 @@ _USE = re.compile(r'<use xlink:href="#([^"]+)"(?: transform="translate\((\S+) (\
 _EMPTY = re.compile(r"<(g|defs)[^>]*(/>|></\1>)")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 
-_PIXELS = 150 / 72  # of a point, those of a PNG
+_INCH = 104  # pixels of the page for an inch of a figure: its letters are as large as those of a caption
+_DPI = 150  # of a PNG
 _DENSER = 5.0  # an SVG of matplotlib's over what is left of it here, at most
 
 
@@ -63,7 +64,7 @@ def fill(template: str, pictures: Mapping[str, tuple[str, bytes]], /, **values) 
     shared = Drawings()
     placed = {name: shared.place(*picture) for name, picture in pictures.items()}
     about = {"pictures": placed, "glyphs": shared.common, "version": metadata.version("bayesub")}
-    return templates.fill("bayesub.report", template, **about, **values)
+    return with_contents(templates.fill("bayesub.report", template, **about, **values))
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,32 @@ def with_contents(page: str) -> str:
     return page.replace(PLACE, f"{PLACE.removesuffix('</nav>')}<ol>{items}</ol></nav>", 1)
 
 
+def product(regressor: str) -> Markup:
+    """A regressor such as ``u*abs(r)*dr*dr`` in HTML, u |r| δ with a subscript, squared."""
+    factors = (factor.strip() for factor in regressor.split("*"))
+    counts: dict[str, int] = {}
+    for name, power in (factor.partition("^")[::2] for factor in factors):
+        counts[name] = counts.get(name, 0) + int(power or 1)
+    return Markup(" ").join(_raised(_factor(name), power) for name, power in counts.items())
+
+
+def _raised(factor: Markup, power: int) -> Markup:
+    return factor if power == 1 else factor + Markup("<sup>{}</sup>").format(power)
+
+
+def _factor(name: str) -> Markup:
+    function, _, inner = name.rpartition("(")
+    bare = inner.rstrip(")")
+    stem, dotted = bare.removesuffix("dot"), bare.endswith("dot")
+    if len(bare) == 2 and bare[0] == "d":
+        shown = Markup("δ<sub>{}</sub>").format(bare[1])
+    elif "_" in bare:
+        shown = Markup("{}<sub>{}</sub>").format(*bare.split("_", 1))
+    else:
+        shown = Markup("<i>{}</i>").format(unicodedata.normalize("NFC", _GREEK.get(stem, stem) + "\u0307" * dotted))
+    return Markup({"abs": "|{}|", "": "{}"}.get(function, "sgn({})")).format(shown)
+
+
 def symbol(label: str) -> Markup:
     r"""A label such as ``$N'_{v|\nu|}$`` in HTML, with its subscript."""
     text = re.sub(r"\\dot\{?(\w)\}?", "\\1\u0307", label.strip("$"))
@@ -147,7 +174,8 @@ class Drawings:
         """A picture as the templates take it: a PNG as ``data``, or an SVG as ``drawing``."""
         if image.startswith(b"<"):
             return {"caption": caption, "data": "", "drawing": self.inline(image.decode("utf-8"))}
-        return {"caption": caption, "data": base64.b64encode(image).decode("ascii"), "drawing": None}
+        width = round(int.from_bytes(image[16:20]) * _INCH / _DPI)
+        return {"caption": caption, "data": base64.b64encode(image).decode("ascii"), "width": width, "drawing": None}
 
     def inline(self, svg: str) -> Drawing:
         """An SVG of matplotlib's."""
@@ -163,7 +191,7 @@ class Drawings:
         body = re.sub(r">\s+<", "><", body)
         while (shorter := _EMPTY.sub("", body)) != body:
             body = shorter
-        return Drawing(_round(box), round(float(box.split()[2]) * _PIXELS), Markup(body.strip()))
+        return Drawing(_round(box), round(float(box.split()[2]) * _INCH / 72), Markup(body.strip()))
 
     @property
     def common(self) -> Markup:
