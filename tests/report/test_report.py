@@ -383,7 +383,7 @@ def test_an_effective_sample_costs_its_jacobians_too(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
     counted = dataclasses.replace(posterior, jacobians=3, jacobian_price=20.0)
     costs = [
-        run_numbers.collect(problem, [], spectrum, p, p, identifiability.null_space(problem, p.best))["cost"]
+        run_numbers.collect(problem, [], spectrum, p, p, identifiability.null_space(problem, p.best), p.sd)["cost"]
         for p in (posterior, counted)
         for spectrum in [identifiability.fisher(problem, p.best)]
     ]
