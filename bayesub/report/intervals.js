@@ -37,8 +37,8 @@ widget("coefficients", () => {
   const scale = make("svg", { height: 16, "aria-hidden": "true" },
     ticks.map((v) => make("text", { x: `${(100 * (v - limits[0])) / (limits[1] - limits[0])}%`, y: 13 }, String(v).replace("-", "\u2212"))));
   table.tHead.rows[0].cells[0].after(make("th", { scope: "col", class: "plain" }, `ratio to the ${content.word}`, make("span", { class: "interval" }, scale)));
-  [...table.tBodies[0].rows].forEach((line, k) => {
-    const row = rows[k];
+  rows.forEach((row, k) => {
+    const line = document.getElementById(`row-${row.name}`);
     const cell = make("td", { class: "interval" }, drawn(row, k));
     const range = (values) => [values[0], values[values.length - 1]].map((v) => v / (row.reference || 1)).sort((a, b) => a - b).map((v) => Number(v.toPrecision(4))).join(" to ");
     const words = `${line.cells[0].textContent.trim()}${line.dataset.words ? `, ${line.dataset.words}` : ""}: 90 % of the prior ${range(row.prior)}, of the posterior ${range(row.posterior)}${row.reference ? ` of the ${content.word}` : ""}`;

@@ -17,7 +17,7 @@ widget("correlation", (box) => {
   const scatter = make("div", { class: "pair" });
 
   function paint() {
-    const size = Math.min(map.clientWidth, 620);
+    const size = Math.min(map.clientWidth, 540);
     const n = shown.length;
     const named = n <= 42;
     const font = Math.min(12, (0.8 * size) / n);
@@ -84,7 +84,7 @@ widget("correlation", (box) => {
     choices.forEach((choice, k) => { choice.value = pair[k]; });
     scatter.replaceChildren();
     const chart = new Chart(scatter, {
-      name: words(i, j), labels: [labels[j], labels[i]], height: 380,
+      name: words(i, j), labels: [labels[j], labels[i]], height: 440,
       layers: [
         { shape: "ellipse", colour: "muted", x: prior[j], y: prior[i], dashed: true },
         { shape: "dots", colour: "posterior", alpha: 0.55, x, y, size: 2 },

@@ -58,10 +58,10 @@ def _intervals(results, reference) -> dict:
     """A row for each parameter, and what the searches found of the coefficients; a reference is None without ratios."""
     sample, n = results.summary, results.problem.n_coefficients
     prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES])
-    values = zip(*map(_rounded, (reference, prior, sample.quantiles(coefficients.QUANTILES).T)), strict=True)
+    values = map(_rounded, (reference, prior, sample.quantiles(coefficients.QUANTILES).T))
     rows = [
-        {"reference": value if k < n and value else None, "value": value, "prior": ends, "posterior": found}
-        for k, (value, ends, found) in enumerate(values)
+        {"name": name, "reference": value if k < n and value else None, "value": value, "prior": ends, "posterior": found}
+        for k, (name, value, ends, found) in enumerate(zip(sample.names, *values, strict=True))
     ]
     sets = [
         {
