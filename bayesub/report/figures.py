@@ -260,22 +260,8 @@ def track_figure(name: str, problem: Any, draws: np.ndarray, *, synthetic: bool)
     return ReportFigure(
         f"track_{name}" if name else "track",
         f"The trial {f'{name} ' if name else ''}and {min(TRACKS, len(draws))} draws from the posterior. On the right "
-        f"the readings minus the posterior mean: pure noise if the model fits. {_band(problem, draws)}",
+        "the readings minus the posterior mean: pure noise if the model fits.",
         draw,
-    )
-
-
-def _band(problem, draws: np.ndarray) -> str:
-    """How wide the posterior of the readings is beside their noise, by the channels where it is most and least so."""
-    share = problem.predicted(draws).std(axis=0) / problem.sds
-    ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
-    widths = {c.name: float(np.median(s)) for c, s in zip(problem.record.channels, np.split(share, ends), strict=True)}
-    least, most = min(widths, key=widths.__getitem__), max(widths, key=widths.__getitem__)
-    word = "The blue band is the posterior's own uncertainty of the readings: its sd is"
-    if least == most:
-        return f"{word} {widths[most]:.2g} of that of the noise."
-    return (
-        f"{word} {widths[least]:.2g} ({least}) to {widths[most]:.2g} ({most}) of that of the noise, medians over time."
     )
 
 
