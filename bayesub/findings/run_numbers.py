@@ -9,6 +9,7 @@ from bayesub.findings import conflicts, rests_on, set_up, zeros
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
+from bayesub.inference.baselines.sqp import BOUNDS
 from bayesub.inference.checks import normality
 from bayesub.inference.identifiability import NullSpace, Spectrum
 from bayesub.inference.sampling import Posterior
@@ -191,7 +192,8 @@ def _baseline(problem, estimate) -> dict:
     found = estimate.solutions[:, [estimate.names.index(name) for name in plain.names]]
     solutions, reference = found[:, :n], problem.reference[:n]
     errors = np.abs(solutions - reference)
-    guess_errors = np.abs(plain.prior.guess[:n] - reference)
+    guess = plain.prior.guess[:n]
+    guess_errors = np.abs(guess - reference)
     return {
         "method": estimate.method,
         "costs": estimate.costs.tolist(),
@@ -203,6 +205,12 @@ def _baseline(problem, estimate) -> dict:
         "n_params": len(reference),
         "nuisance": dict(zip(plain.names[n:], found[:, n:].T.tolist(), strict=True)),
         "chi_square_per_reading": _chi_squares(plain, found),
+        "at_bounds": [
+            [name for name, is_bound in zip(plain.names, row, strict=False) if is_bound]
+            for row in np.abs(solutions - guess) > (BOUNDS - 1e-6) * np.abs(guess)
+        ]
+        if estimate.method == "SQP"
+        else [[]] * len(solutions),
         "ratios": [
             [x / r if r else None for x, r in zip(solution, reference.tolist(), strict=True)]
             for solution in solutions.tolist()

@@ -17,7 +17,7 @@ from bayesub.inference import identifiability
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks import convergence
 from bayesub.inference.checks import fit as criticism
-from bayesub.io.words import powers
+from bayesub.io.words import cell, powers
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
 from bayesub.report import parameter_tables, report
@@ -31,8 +31,9 @@ SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
 FIRST_WORDS = ("<nav", "Is it?", "sampling: converged", "fit: fits", "<dt>Boat", "<dt>Coefficients", "<dt>Not known")
 PARTS = ("boat", "coefficients", "why", "can-i-trust-it", "details")
 HOSTILE = "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"
-FIGURES = ("orders", "coefficients", "fan", "criticism", "spectrum", "correlation", "corner", "directions")
-FIGURES += ("ranks", "nuisance", "derived", "fan_small", "forest_small", "pair_small")
+FIGURES = ("orders", "coefficients", "fan", "criticism", "ladder", "pairs", "directions")
+FIGURES += ("corner_Y", "corner_N", "correlation", "ranks", "nuisance", "derived")
+FIGURES += ("fan_small", "forest_small", "pair_small")
 
 
 def posed(track, seed=0, sensors=SENSOR, current_mps=(0.0, 0.0), **given):
@@ -194,16 +195,16 @@ def test_captions_say_what_the_data_say(results, numbers):
     captions = captions_of(results)
     n_null = results.spectrum.n_null
     assert n_null == 0
-    assert "No direction is null" in captions["spectrum"]
-    assert "Pink" not in captions["corner"]
     assert f"and {n_null} null" in captions["directions"]
     wide = sum(row["contraction"] >= 0.9 for row in numbers["parameters"])
     assert f"{wide} of {len(FREE)} posteriors are at least 90 % as wide" in captions["coefficients"]
     assert "would be orange" in captions["criticism"]
     pair = " with ".join(numbers["trade_offs"][0]["pair"])
-    assert f"most of all {pair}, correlation" in captions["corner"]
-    null = dataclasses.replace(results.spectrum, n_null=1)
-    assert "The last direction is null" in captions_of(dataclasses.replace(results, spectrum=null))["spectrum"]
+    assert f"Most of all {pair}, correlation" in captions["pairs"]
+    gains = {row["name"]: run_numbers.gain(row) for row in numbers["parameters"]}
+    most = max(gains, key=gains.get)
+    assert f"{cell(gains[most], 2)} times" in captions["ladder"]
+    assert f"{most} {cell(gains[most], 2)}" in numbers["verdict"]["others_known"]
 
 
 def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
@@ -248,7 +249,8 @@ def test_a_report_again_has_the_same_random_numbers_in_any_order(results):
 
 def captions_of(results):
     reference = results.problem.reference
-    return {figure.name: figure.caption for figure in figures(results, reference, "truth", [])}
+    baselines = [run_numbers._baseline(results.problem, estimate) for estimate in results.estimates]
+    return {figure.name: figure.caption for figure in figures(results, reference, "truth", baselines)}
 
 
 def test_nothing_is_loaded(page):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayesub.report.plots import prediction, style
+from bayesub.report.plots import corner, prediction, style
 from bayesub.report.plots.coefficients import QUANTILES, labels, ratios
 from bayesub.report.plots.style import Equations, Paths, Prior
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:  # it loads a sampler
 
 BEST, LEAST = 8, 4  # coefficients, by how much narrower they became
 _SIZE = 3.5, 2.75  # inches
-_DRAWS = 500
 _PLACES = 120  # of a track
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 90)
 _WIDER = 2.146 / 1.645  # from what holds 90 % of a normal to what holds 90 % of two together
@@ -63,7 +62,7 @@ def draw_pair(path: Paths, draws: np.ndarray, prior: np.ndarray, names: Sequence
         axis = figure.subplots()
         middle, half = prior.mean(axis=1), 0.5 * _WIDER * np.ptp(prior, axis=1)
         axis.plot(middle[0] + half[0] * np.cos(_ANGLES), middle[1] + half[1] * np.sin(_ANGLES), **style.PRIOR_LINE)
-        axis.plot(*draws[:: -(-len(draws) // _DRAWS)].T, ".", ms=2.0, color=style.POSTERIOR)
+        corner.contours(axis, draws[:: -(-len(draws) // corner.DRAWS)])
         axis.plot([1.0], [1.0], "+", ms=9, mew=1.2, color=style.TRUTH)
         axis.set_aspect("equal", adjustable="datalim")
         axis.set(xlabel=f"{names[0]} / {word}", ylabel=f"{names[1]} / {word}")
