@@ -29,7 +29,7 @@ _USE = re.compile(r'<use xlink:href="#([^"]+)"(?: transform="translate\((\S+) (\
 _EMPTY = re.compile(r"<(g|defs)[^>]*(/>|></\1>)")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 
-_INCH = 104  # pixels of the page for an inch of a figure: its letters are as large as those of a caption
+_INCH = 96  # pixels of the page for an inch of a figure
 _DPI = 150  # of a PNG
 _DENSER = 5.0  # an SVG of matplotlib's over what is left of it here, at most
 

@@ -4,13 +4,14 @@ Digits follow the sd.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
+from bayesub.findings import run_numbers
 from bayesub.inference.sampling import Posterior
 from bayesub.io import words
 from bayesub.report import page
@@ -56,12 +57,11 @@ def columns(numbers: Mapping[str, Any], word: str) -> list[Column]:
     def each(form: str, key: str, factor: float = 1.0) -> list[str]:
         return [form.format(factor * row[key]) if key in row else "" for row in rows]
 
-    def digits(key: str, sd: str | None = None) -> list[str]:
-        by = words.rounded if sd is None else words.uncertain
-        return [by(f * row[key], f * row[sd or "sd"]) for row, f in zip(rows, factors, strict=True)]
+    def digits(key: str, sd: str = "sd", by: Callable[[float, float], str] = words.rounded) -> list[str]:
+        return [by(f * row[key], f * row[sd]) for row, f in zip(rows, factors, strict=True)]
 
     result = [
-        Column("value", f"mean ± sd{times}", digits("mean", "sd")),
+        Column("value", f"mean ± sd{times}", digits("mean", by=words.uncertain)),
         Column("value", "sd / mean (%)", each("{:.2g}", "relative_sd", 100.0)),
         Column("value", f"5 %{times}", digits("q5")),
         Column("value", f"95 %{times}", digits("q95")),
@@ -81,18 +81,15 @@ def columns(numbers: Mapping[str, Any], word: str) -> list[Column]:
             ],
         ),
         Column("prior", f"{word}{times}", digits("reference")),
-        Column("prior", f"prior mean ± sd{times}", digits("prior_mean", "prior_sd")),
+        Column("prior", f"prior mean ± sd{times}", digits("prior_mean", "prior_sd", words.uncertain)),
         Column("prior", "sensitivity to the prior", each("{:.2f}", "prior_sensitivity")),
         Column("prior", "to the data", each("{:.2f}", "likelihood_sensitivity")),
     ]
-    if all("conditional_sd" in row for row in rows):
-        shares = [row["conditional_sd"] / row["sd"] if row["sd"] else 1.0 for row in rows]
-        result += [
-            Column("others", f"sd{times}", digits("sd", None)),
-            Column("others", f"sd, all others known{times}", digits("conditional_sd", None)),
-            Column("others", "of the sd", [f"{share:.2g}" for share in shares]),
-            Column("others", "multiple correlation R²", [f"{1.0 - share * share:.4f}" for share in shares]),
-        ]
+    result += [
+        Column("others", f"sd{times}", digits("sd")),
+        Column("others", f"sd, all others known{times}", digits("conditional_sd", "conditional_sd")),
+        Column("others", "gain, times", [words.cell(run_numbers.gain(row), 2) for row in rows]),
+    ]
     forms = {"R-hat": ("rhat", "{:.4f}"), "bulk ESS": ("bulk_ess", "{:.0f}"), "tail ESS": ("tail_ess", "{:.0f}")}
     forms |= {"tau (steps)": ("tau_steps", "{:.0f}")}
     result += [Column("sampling", head, each(form, key)) for head, (key, form) in forms.items()]

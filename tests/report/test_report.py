@@ -314,7 +314,7 @@ def test_small_coefficients_share_a_power_of_ten_and_others_have_their_unit():
     assert small["mean ± sd × 10³"] == "-0.99986 ± 0.00090"
     assert small["95 % × 10³"] == "-0.99837"
     assert small["multiplies"] == "(ρ/2) l² · <i>u</i><sup>2</sup> δ<sub>r</sub><sup>2</sup>"
-    assert (small["of the sd"], small["multiple correlation R²"]) == ("0.01", "0.9999")
+    assert (small["sd, all others known × 10³"], small["gain, times"]) == ("0.0000090", "100")
     assert large["mean ± sd"] == "-0.00099986 ± 0.00000090"
     assert large["multiplies"] == "<i>u</i><sup>2</sup> δ<sub>r</sub><sup>2</sup>"
 
