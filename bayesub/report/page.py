@@ -14,6 +14,7 @@ from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from markupsafe import Markup
 
 from bayesub.io import templates
@@ -242,10 +243,15 @@ def _round(text: str) -> str:
 
 
 def _path(text: str) -> str:
-    """The commands of a path in few letters; a command that repeats stands once."""
+    """The commands of a path in few letters: in tenths of its unit from point to point, and one that repeats once."""
     parts, last = [], ""
-    for command, values in re.findall(r"([A-Za-z])([^A-Za-z]*)", _round(text)):
-        values = " ".join(values.split())
-        parts.append(f" {values}" if command == last and command in "LQC" else command + values)
+    place, start = np.zeros(2, dtype=int), np.zeros(2, dtype=int)
+    for command, values in re.findall(r"([MLQCz])([^A-Za-z]*)", text):
+        points = np.rint(10.0 * np.array(values.split(), dtype=float)).astype(int).reshape(-1, 2)
+        words = " ".join(f"{tenths / 10:g}" for tenths in (points - place).ravel().tolist())
+        place = start if command == "z" else points[-1]
+        start = place if command == "M" else start
+        words = re.sub(r"(?<!\d)0\.", ".", words).replace(" -", "-")
+        parts.append(words if command == last and words[:1] == "-" else (" " if command == last else command.lower()) + words)
         last = command
-    return "".join(parts).replace(" -", "-")
+    return "".join(parts)
