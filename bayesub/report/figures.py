@@ -111,12 +111,14 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
     equations, correlation = problem.equations, results.correlation
     names, prior = sample.names, results.prior_of_others
     sds = np.array([sample.sd, results.conditional_sd])[:, :n] / sample.prior_sd[:n]
+    left_out = n - ladders.ROWS
+    more = f" The {left_out} that gain least are left out." if left_out > 0 else ""
     yield ReportFigure(
         "ladder",
         "What each coefficient would be known to if all others were. The longer the bar, the more of what is not known "
         "of a coefficient is only its trade-off with all others together, of which pairs show a part: "
         f"{_gains(names[:n], sds)}. Gain: posterior sd over that with all others known; R: multiple correlation with "
-        "all others.",
+        f"all others.{more}",
         partial(ladders.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
     )
     drawn = {"found": found, "word": word}
@@ -241,8 +243,10 @@ def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) ->
     """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
     rows = [
         row
-        | {"words": " to ".join(derived.in_words(row["posterior"]["q5"], row["posterior"]["q95"]))}
-        | {"prior_words": derived.in_words(row["prior"]["q5"], row["prior"]["q95"])}
+        | {
+            key: " to ".join(derived.in_words(row[which]["q5"], row[which]["q95"]))
+            for key, which in (("words", "posterior"), ("prior_words", "prior"))
+        }
         for row in found["quantities"]
         if row["width_ratio"] is not None
     ]

@@ -92,7 +92,7 @@ def draw_pairs(
     names = star(posterior.names, np.concatenate([reference, np.ones(len(posterior.names) - n)]), equations)
     ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(_CIRCLE)}
     columns, rows = min(_COLUMNS, len(pairs)), -(-len(pairs) // _COLUMNS)
-    with style.figure(path, max(_PANEL * columns, 2.5 * _PANEL), (_PANEL + 0.3) * rows + 0.5) as figure:
+    with style.figure(path, max(_PANEL * columns, 2.5 * _PANEL), (_PANEL + 0.08) * rows + 0.45) as figure:
         panels = figure.subplots(rows, columns, squeeze=False)
         beyond = np.zeros(len(found), dtype=int)
         for panel, (i, j) in zip(panels.flat, pairs, strict=False):
