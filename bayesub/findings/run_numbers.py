@@ -360,12 +360,6 @@ def reference_word(numbers: dict) -> str:
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
 
 
-def combination(vector: dict[str, float], least: float = 0.0) -> str:
-    """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot ..``, entries of at least `least` in size."""
-    entries = [f"{value:+.2g} {name}" for name, value in vector.items() if abs(value) >= least]
-    return " ".join(entries) + (" .." if len(entries) < len(vector) else "")
-
-
 def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dict]:
     """Of each null direction its axis and the relative changes of its coefficients, the largest of them 50 %.
 

@@ -14,7 +14,18 @@ from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import coefficients, convergence, corner, fit, ladders, posterior, prediction, small, style, track
+from bayesub.report.plots import (
+    coefficients,
+    convergence,
+    corner,
+    fit,
+    ladders,
+    posterior,
+    prediction,
+    small,
+    style,
+    track,
+)
 from bayesub.report.plots import derived as derived_plot
 from bayesub.report.plots.coefficients import Found, labels
 from bayesub.report.plots.style import Paths

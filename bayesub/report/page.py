@@ -252,6 +252,8 @@ def _path(text: str) -> str:
         place = start if command == "z" else points[-1]
         start = place if command == "M" else start
         words = re.sub(r"(?<!\d)0\.", ".", words).replace(" -", "-")
-        parts.append(words if command == last and words[:1] == "-" else (" " if command == last else command.lower()) + words)
+        parts.append(
+            words if command == last and words[:1] == "-" else (" " if command == last else command.lower()) + words
+        )
         last = command
     return "".join(parts)

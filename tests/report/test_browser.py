@@ -165,7 +165,11 @@ def test_a_click_on_a_correlation_opens_the_pair_and_hovering_names_it(page, run
     page.locator("#figure-correlation select").last.select_option(names[strong[0]])
     canvas.focus()
     page.keyboard.press("ArrowUp")  # the frame has moved to the pair that was chosen from the lists
-    assert page.locator("#figure-correlation output").inner_text().startswith(f"{names[strong[-2]]} with {names[strong[0]]}")
+    assert (
+        page.locator("#figure-correlation output")
+        .inner_text()
+        .startswith(f"{names[strong[-2]]} with {names[strong[0]]}")
+    )
 
 
 def test_residuals_and_tracks_zoom_by_mouse_keys_and_buttons(page):
