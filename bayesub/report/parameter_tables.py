@@ -1,10 +1,17 @@
-"""Tables of a posterior for papers: a row a parameter, in Markdown and in LaTeX; digits follow the sd."""
+"""Tables of a posterior, a row a parameter: columns for the page of a report, and Markdown and LaTeX for papers.
+
+Digits follow the sd.
+"""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
+from bayesub.findings import run_numbers
 from bayesub.inference.sampling import Posterior
 from bayesub.io import words
 from bayesub.report import page
@@ -22,6 +29,71 @@ def rounded(values: Sequence[float] | np.ndarray, sd: float) -> tuple[list[str],
     power = int(np.floor(np.log10(size))) if size > 0.0 else 0
     power = 0 if power in _PLAIN else power
     return [words.rounded(value / 10.0**power, sd / 10.0**power) for value in values], power
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table of a report, a cell for each parameter."""
+
+    group: str  # of the columns that are shown together
+    head: str
+    cells: Sequence[str]
+    sort: Sequence[float | str] = ()  # by what the rows are sorted, where cells do not say
+
+
+def columns(numbers: Mapping[str, Any], word: str) -> list[Column]:
+    """All that a report says of each parameter, by the content of ``numbers.json``; `word`: what the reference is.
+
+    Small non-dimensional coefficients have one power of ten for all, which the heads tell.
+    """
+    rows = numbers["parameters"] + numbers["nuisance"]
+    largest = max((abs(row["mean"]) for row in numbers["parameters"] if not row["unit"]), default=1.0)
+    power = 0 if any(row["unit"] for row in numbers["parameters"]) or not 0.0 < largest < 0.1 else 3
+    factors = [10.0**power] * len(numbers["parameters"]) + [1.0] * len(numbers["nuisance"])
+    times = f" × 10{words.powers(f'^{power}')}" if power else ""
+    si = [(row["mean"] * row["si_factor"], row["sd"] * row["si_factor"]) for row in numbers["parameters"]]
+    terms = zip(numbers["glossary"], numbers["parameters"], strict=True)
+
+    def each(form: str, key: str, factor: float = 1.0) -> list[str]:
+        return [form.format(factor * row[key]) if key in row else "" for row in rows]
+
+    def digits(key: str, sd: str = "sd", by: Callable[[float, float], str] = words.rounded) -> list[str]:
+        return [by(f * row[key], f * row[sd]) for row, f in zip(rows, factors, strict=True)]
+
+    result = [
+        Column("value", f"mean ± sd{times}", digits("mean", by=words.uncertain)),
+        Column("value", "sd / mean (%)", each("{:.2g}", "relative_sd", 100.0)),
+        Column("value", f"5 %{times}", digits("q5")),
+        Column("value", f"95 %{times}", digits("q95")),
+        Column(
+            "si",
+            "in SI units",
+            [f"{words.uncertain(*ends)} {row['si_unit']}" for ends, row in zip(si, rows, strict=False)],
+            [mean for mean, _ in si],
+        ),
+        Column(
+            "si",
+            "multiplies",
+            [
+                (Markup("") if row["unit"] else Markup("{} · ").format(words.powers(term["factor"])))
+                + page.product(term["regressor"])
+                for term, row in terms
+            ],
+        ),
+        Column("prior", f"{word}{times}", digits("reference")),
+        Column("prior", f"prior mean ± sd{times}", digits("prior_mean", "prior_sd", words.uncertain)),
+        Column("prior", "sensitivity to the prior", each("{:.2f}", "prior_sensitivity")),
+        Column("prior", "to the data", each("{:.2f}", "likelihood_sensitivity")),
+    ]
+    result += [
+        Column("others", f"sd{times}", digits("sd")),
+        Column("others", f"sd, all others known{times}", digits("conditional_sd", "conditional_sd")),
+        Column("others", "gain, times", [words.cell(run_numbers.gain(row), 2) for row in rows]),
+    ]
+    forms = {"R-hat": ("rhat", "{:.4f}"), "bulk ESS": ("bulk_ess", "{:.0f}"), "tail ESS": ("tail_ess", "{:.0f}")}
+    forms |= {"tau (steps)": ("tau_steps", "{:.0f}")}
+    result += [Column("sampling", head, each(form, key)) for head, (key, form) in forms.items()]
+    return [*result, Column("meaning", "meaning", [term["meaning"] for term in numbers["glossary"]])]
 
 
 def markdown(posterior: Posterior, equations: Equations) -> str:

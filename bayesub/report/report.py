@@ -16,11 +16,12 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io.atomic import write_text, writing
-from bayesub.io.words import markdown, powers, rounded, uncertain
+from bayesub.io.words import markdown, rounded, uncertain
 from bayesub.report import page as pages
 from bayesub.report import widgets
 from bayesub.report.figures import figures
 from bayesub.report.markdown import StudyPage, table
+from bayesub.report.parameter_tables import columns
 
 
 @dataclass(frozen=True)
@@ -98,9 +99,9 @@ def write_report(
         folder.mkdir(parents=True, exist_ok=True)
         pictures = pages.draw_all(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
-        live = widgets.content(results, numbers, reference, word)
+        live = widgets.content(results, reference, word)
         write_text(folder / "report.html", page(numbers, pictures, asked.commit, live))
-        captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
+        captions = {f"{name}.png": caption for name, (caption, _) in pictures.items() if not name.endswith("_small")}
         write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), asked.commit))
     return numbers
 
@@ -114,7 +115,7 @@ def page(
     `commit`: of the sources, for the foot of the page; `live`: what :func:`bayesub.report.widgets.content` gives,
     without which the page has figures that stand still.
     """
-    text = pages.fill(
+    return pages.fill(
         "report.html",
         pictures,
         numbers=numbers,
@@ -122,14 +123,11 @@ def page(
         widgets=live,
         word=reference_word(numbers),
         interval=derived.in_words,
-        rounded=rounded,
-        uncertain=uncertain,
-        powers=powers,
+        columns=columns(numbers, reference_word(numbers)),
         percent=percent,
         symbol=pages.symbol,
         commit=commit,
     )
-    return pages.with_contents(text)
 
 
 def markdown_page(
@@ -144,7 +142,7 @@ def markdown_page(
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
-    topics += "trade_offs normality sqp"
+    topics += "others_known trade_offs normality sqp"
     rows = [
         (
             f"`{row['name']}`",
