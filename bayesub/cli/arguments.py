@@ -43,6 +43,7 @@ page_folder = click.option(
     "-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for page, numbers and figures."
 )
 seed_option = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of everything random.")
+verbose_option = click.option("--verbose", is_flag=True, help="Every sentence of the report too.")
 pdf_option = click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
 force_option = click.option("--force", is_flag=True, help="Replace what is in the folder.")
 dask_option = click.option(

@@ -1,0 +1,118 @@
+"""What came of a run, as `run` and `report` end: a dozen aligned lines, or every sentence before them."""
+
+import re
+import shlex
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bayesub.findings.verdicts import STATUS, in_words
+from bayesub.io.terminal import duration, say, say_rows, width
+from bayesub.io.words import counted
+
+if TYPE_CHECKING:
+    from bayesub.study.run.result import StudyResult
+
+_GAP = 16  # of the words of a row, from the beginning of a line
+_BAD_LINES = 4  # that what is wrong takes, in all
+
+
+def tell(result: "StudyResult", *, verbose: bool = False) -> None:
+    """Say what came of a run; the verdict comes last."""
+    numbers = result.numbers
+    if verbose:
+        for topic, sentence in result.sentences.items():
+            if "\n" in sentence:  # lines to paste begin a line
+                say(f"{topic.replace('_', ' ')}:\n{sentence}")
+            else:
+                say_rows([(f"{topic.replace('_', ' '):<12}", sentence)], indent="")
+        say("")
+    if "glance" in numbers:
+        flown = f"{numbers['vehicle']}, {numbers['manoeuvre']}, {numbers['n_readings']} readings"
+        taken = f"  {duration(result.seconds)}"
+        say(f"{f'{result.name}  {flown}':<{width() - len(taken)}}{taken}")
+        say_rows((f"{label:<12}", words) for label, words in _rows(numbers["glance"], good=result.good))
+    else:
+        for shortcoming in result.shortcomings:
+            say(f"{result.verdict}: {shortcoming}")
+    place = ("report", result.report) if result.report else ("figures and numbers", result.folder)
+    say(f"  {place[0]:<12}  {place[1]}")
+    if "glance" in numbers:
+        say(f"  {'next':<12}  {_next(result, numbers['glance'])}")
+    reasons = [result.text] if result.text else []
+    say(in_words(result.verdict, reasons), style="bold green" if result.good else "bold red")
+
+
+def end(verdict: str) -> None:
+    """End the command with the status of a verdict, if it is not a good one."""
+    if STATUS[verdict]:
+        raise click.exceptions.Exit(STATUS[verdict])
+
+
+def _rows(glance: Mapping[str, Any], *, good: bool) -> Iterator[tuple[str, str]]:
+    """Label and words of each line; of an answer that is not to be used, what is wrong in place of the answer."""
+    bad = [mark for mark in glance["marks"] if mark["good"] is False]
+    passed = [mark for mark in glance["marks"] if mark["good"]]
+    words = (f"{mark['word']} ({mark['text']})" if mark["topic"] == "sampling" else mark["word"] for mark in passed)
+    yield "checks", ", ".join(words)
+    for mark in bad:
+        text = re.sub(r" \([^()]*\)", "", mark["text"])  # numbers in brackets are in the report
+        room = (width() - _GAP) * max(1, _BAD_LINES // len(bad)) - 10
+        yield mark["topic"], textwrap.shorten(text, room, placeholder=" ..")
+    if good:
+        yield from _answer(glance)
+    else:
+        yield "answer", "not to be used; --verbose shows it all the same"
+    yield "not unique", _not_unique(glance)
+    if good:
+        pairs = (f"{'/'.join(row['pair'])} {row['correlation']:+.2f}" for row in glance["pairs"])
+        yield "trade-offs", _first(pairs, glance["n_pairs"], "above 0.7") or "none above 0.7"
+
+
+def _not_unique(glance: Mapping[str, Any]) -> str:
+    """How many combinations are not, and what to hold."""
+    text = counted(glance["n_null"], "combination") if glance["n_null"] else "none"
+    text += f", {glance['n_faint']} more below any instrument" if glance["n_faint"] else ""
+    return f"{text}; hold {', '.join(glance['hold'])}" if glance["hold"] else text
+
+
+def _answer(glance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What is known of boat and coefficients."""
+    boat = [(row["label"], f"{' .. '.join(row['posterior'])} {row['unit']}", row["prior"]) for row in glance["boat"]]
+    widths = [max((len(row[k]) for row in boat), default=0) for k in (0, 1)]
+    label = "boat"
+    for name, now, before in boat:
+        yield label, f"{name:<{widths[0]}}  {now:<{widths[1]}}  (before {' .. '.join(before)})"
+        label = ""
+    for row in glance["stable"]:
+        yield label, f"stable {row['where']}: {100 * row['posterior']:.3g} % (before {100 * row['prior']:.3g} %)"
+        label = ""
+    known = glance["known"]
+    words = _first((f"{row['name']} {row['percent']:.2g} %" for row in known), len(known))
+    yield "coefficients", f"{len(known)} of {glance['n_coefficients']} to 5 %{': ' if known else ''}{words}"
+    yield "", f"{glance['n_sharper']} better than before, {glance['n_untouched']} by the prior alone"
+
+
+def _first(words: Iterable[str], n: int, what: str = "") -> str:
+    """As many of the words as have room in a line, and how many of `n` more there are."""
+    shown: list[str] = []
+    for word in words:
+        if len(", ".join([*shown, word])) > width() - _GAP - 28 and shown:
+            break
+        shown.append(word)
+    more = n - len(shown)
+    return ", ".join([*shown, *([f"{more} {'more ' if shown else ''}{what}".rstrip()] if more else [])])
+
+
+def _next(result: "StudyResult", glance: Mapping[str, Any]) -> str:
+    """The command that helps on."""
+    folder = shlex.quote(result.folder)
+    if result.good and "zigzag_overshoot_deg" in (row["name"] for row in glance["boat"]):
+        return f"bayesub predict {folder} zigzag_20_20 -o {folder}_predicted"
+    if result.good:
+        return f"bayesub export {folder} -o known.toml"
+    if result.suggestion:
+        return f"bayesub run {shlex.quote(str(result.suggestion))} -o {folder}_again"
+    return "bayesub manual troubleshooting"
