@@ -8,6 +8,21 @@ import click
 from click.shell_completion import CompletionItem
 
 from bayesub.io import toml_files
+from bayesub.io.errors import nearest
+
+
+class NamingGroup(click.Group):
+    """A group of commands that names the nearest for one that it does not have."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command of the first argument."""
+        if not ctx.resilient_parsing and not args[0].startswith("-"):  # options are complained of by click
+            if args[0] not in (names := self.list_commands(ctx)):
+                ctx.fail(f"No such command '{args[0]}'{nearest(args[0], names)}")
+        return super().resolve_command(ctx, args)
+
 
 PATH = click.Path(path_type=Path)
 
@@ -30,7 +45,7 @@ KIND: dict[str, Any] = {"metavar": "KIND", "type": click.Choice(list(toml_files.
 subproblem = click.option(
     "--subproblem",
     type=click.Choice(["horizontal", "vertical", "none"]),
-    help="Plane to confine the motion to; if left out, that of the manoeuvre.",
+    help="Plane to confine the motion to; if left out, that of the manoeuvre if there is one.",
 )
 
 

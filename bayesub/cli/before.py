@@ -12,7 +12,7 @@ from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.findings.verdicts import NOT_FLOWN, STATUS
 from bayesub.io import toml_files
-from bayesub.io.terminal import complain, console, say
+from bayesub.io.terminal import complain, console, say, say_rows
 
 if TYPE_CHECKING:
     from bayesub.model.vehicles import Vehicle
@@ -41,7 +41,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
             vehicles.append(file_card.vehicle)
         findings[str(path)] = (text, file_card)
         if not as_json:
-            say(f"{path}: {text}")
+            say_rows([(f"{path}: {text}",)], indent="")
             for line in file_card.lines() if file_card else []:
                 say(line)
     if as_json:
@@ -54,7 +54,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 @click.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
 @click.argument("vehicle", **VEHICLE)
 @click.argument("manoeuvre", **MANOEUVRE)
-@click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write.")
+@click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write; .csv is added if left out.")
 @click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, a tenth of one good to 5 cm.")
 @click.option(
     "--sample", type=float, metavar="S", help="Output interval in seconds; if left out, that of the controls."
@@ -92,6 +92,7 @@ def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None,
     """
     from bayesub.study.before.simulate import simulate
 
+    output = output if output.suffix else output.with_name(f"{output.name}.csv")
     sentence, is_whole = simulate(vehicle, manoeuvre, output, **options, **plane(subproblem))
     say(f"{output}: {sentence}")
     if not is_whole:
@@ -117,14 +118,14 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     if as_json:
         click.echo(json.dumps({axis: r.summary() for axis, r in ranked.ranks.items()}, indent=2))
         return
-    table = Table("axis", "rank", "null", "weak", "condition", "round-off", "smallest", title=ranked.title)
+    say(ranked.title)
+    rows = [("axis", "coefficients", "not unique", "ill-conditioned", "condition number")]
     for axis, r in ranked.ranks.items():
-        smallest = " ".join(f"{s:.0e}" for s in r.singular_values[max(0, r.rank - 2) :])
-        counts = (f"{r.rank}/{r.columns}", str(r.null_dimension), str(r.rank - r.practical_rank))
-        table.add_row(axis, *counts, f"{r.condition:.1e}", f"{r.threshold:.0e}", smallest)
-    console.print(table)
+        counts = (r.columns, r.null_dimension, r.rank - r.practical_rank)
+        rows.append((axis, *map(str, counts), f"{r.condition:.1e}"))
+    say_rows(rows)
     for line in ranked.lines:
-        say(line)
+        say_rows([(line,)], indent="")
 
 
 @click.command(epilog="Example: bayesub bench --quick")

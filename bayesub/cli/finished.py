@@ -56,14 +56,14 @@ def export(run: Path, output: Path, wanted: str | None) -> None:
     The exit status is that of the verdict on the run.
     """
     from bayesub.study.after import export as exports
-    from bayesub.study.after.knowledge import normality_of
 
-    with Bars() as bars:
-        bars.stage("read the run and write")
-        finished = exports.export(run, output, wanted)
-    kind = exports.FORMATS[exports.format_of(output, wanted)]
-    say(f"{output}: {kind.meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
-    say(normality_of(finished).sentence)
+    finished = exports.export(run, output, wanted)
+    name = exports.format_of(output, wanted)
+    say(f"{output}: {exports.FORMATS[name].meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
+    if name == "vehicle":  # which is a normal distribution
+        from bayesub.study.after.knowledge import normality_of
+
+        say_rows([(normality_of(finished).sentence,)], indent="")
     if finished.doubt:
         say(finished.doubt)
     end(finished.verdict)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import check_known
 
 FOLDER = Path(str(resources.files("bayesub"))) / "manual"
 KINDS = {
@@ -68,9 +68,9 @@ def manual(topic: str, show_path: bool) -> None:
     by_topic = pages()
     begun = [name for name in by_topic if name.startswith(topic)]
     topic = begun[0] if topic and topic not in by_topic and len(begun) == 1 else topic
-    if topic and topic not in by_topic:
-        text = f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}"
-        raise InputError(text, "unknown", topic)
+    if topic:
+        hint = f"bayesub manual lists all {len(by_topic)}"
+        check_known(topic, by_topic, f"the manual has no page '{topic}'", hint=hint)
     if show_path:
         click.echo(by_topic[topic].path if topic else FOLDER)
     elif not topic:

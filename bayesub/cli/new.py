@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE
+from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import say
 
 
-@click.group(epilog="Example: bayesub new vehicle myboat")
+@click.group(cls=NamingGroup, epilog="Example: bayesub new vehicle myboat")
 def new() -> None:
     """Write a commented template: equations, a vehicle of your own, its hull, a map of its logs, a study, or limits."""
 
@@ -79,18 +79,22 @@ def map_(kind: str, output: Path | None, data: Path | None) -> None:
 @new.command(epilog="Example: bayesub new study mytrial --vehicle myboat.toml --data trial.csv")
 @click.argument("name")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
-@click.option("--vehicle", **VEHICLE, required=True, help="Built-in name or TOML.")
+@click.option("--vehicle", **VEHICLE, help="Built-in name or TOML.")
 @click.option("--manoeuvre", **MANOEUVRE, help="Simulate this one and measure it.")
 @click.option("--data", type=PATH, metavar="LOG", help="Read this log (CSV) instead.")
-def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, data: Path | None) -> None:
+def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | None, data: Path | None) -> None:
     """Write a study file, of a simulated manoeuvre or of a log, with a sensor for each of its columns."""
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.vehicles import load_vehicle
     from bayesub.study.new.study import of_log, simulated
 
-    if (manoeuvre is None) == (data is None):
-        text = "a study needs one of --manoeuvre and --data"
-        raise InputError(text, "missing" if data is None else "conflict", "--data")
+    one = manoeuvre is not None or data is not None
+    if vehicle is None or not one:
+        needed = "--vehicle" * (vehicle is None) + " and " * (vehicle is None and not one)
+        needed += "one of --manoeuvre and --data" * (not one)
+        raise InputError(f"a study needs {needed}", "missing", "--data" if vehicle else "--vehicle")
+    if manoeuvre is not None and data is not None:
+        raise InputError("--manoeuvre and --data exclude each other", "conflict", "--data")
     path = output or Path(f"{name}.toml")
     boat = load_vehicle(vehicle)
     if data is not None:

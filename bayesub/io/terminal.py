@@ -53,14 +53,14 @@ def width() -> int:
 
 
 def aligned(rows: Iterable[Sequence[str]], indent: str = "  ") -> list[str]:
-    """Rows of equally many cells as lines whose columns are aligned, the last one wrapped with a hanging indent."""
+    """Rows of equally many cells as lines whose columns are aligned, the last cell wrapped with a hanging indent."""
     texts = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*(row[:-1] for row in texts), strict=True)]
     lines = []
     for *cells, last in texts:
         head = indent + "".join(f"{cell:<{size}}  " for cell, size in zip(cells, widths, strict=True))
-        room = max(width(), len(head) + WIDTH // 3)
-        hang = {"initial_indent": head, "subsequent_indent": " " * len(head)}
+        room = max(width(), len(head) + WIDTH // 4)
+        hang = {"initial_indent": head, "subsequent_indent": " " * len(head) if cells else f"{indent}  "}
         wrapped = textwrap.wrap(last, room, **hang, break_long_words=False, break_on_hyphens=False)
         lines += [line.rstrip() for line in wrapped or [head]]
     return lines
