@@ -19,7 +19,7 @@ def new() -> None:
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
 @click.option("--from", "source", **EQUATIONS, help="Start from a copy of this set (built-in name or TOML).")
 def equations(name: str, output: Path | None, source: str | None) -> None:
-    """Write an equation file with every key and a short set as an example."""
+    """Write an equation file with every key and an example."""
     from bayesub.study.new import files
 
     path = output or Path(f"{name}.toml")
@@ -34,9 +34,9 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
 @click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
 @click.option("--equations", **EQUATIONS, help="Whose coefficients it has (built-in name or TOML); booth if left out.")
 def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None, equations: str | None) -> None:
-    """Write a vehicle file with every key and all coefficients of its equations; what is unknown is zero.
+    """Write a vehicle file with every coefficient of its equations.
 
-    With a geometry, added masses and what follows from them are estimated, each with its uncertainty and source.
+    It has every key, and what is unknown is zero. With a geometry, added masses and what follows from them are estimated, each with its uncertainty and source.
     """
     from bayesub.model.equations.files import DEFAULT
     from bayesub.model.hulls import load_hull
@@ -57,7 +57,10 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
 @click.argument("name")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME_hull.toml if left out.")
 def geometry(name: str, output: Path | None) -> None:
-    """Write a hull geometry file, to be filled in and given to `bayesub new vehicle --geometry`."""
+    """Write a hull geometry file, for added masses.
+
+    It is to be filled in and given to `bayesub new vehicle --geometry`.
+    """
     from bayesub.study.new import files
 
     path = output or Path(f"{name}_hull.toml")
@@ -69,7 +72,10 @@ def geometry(name: str, output: Path | None) -> None:
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; KIND_map.toml if left out.")
 @click.option("--data", type=PATH, metavar="LOG", help="List the signals of this log in it.")
 def map_(kind: str, output: Path | None, data: Path | None) -> None:
-    """Write a map for `bayesub convert KIND`: which signal of a vehicle's log becomes which column, with an example."""
+    """Write a map of a vehicle's log, for `bayesub convert`.
+
+    It says which signal becomes which column, with an example of the KIND.
+    """
     from bayesub.study.new import files
 
     path = output or Path(f"{kind}_map.toml")
@@ -83,7 +89,10 @@ def map_(kind: str, output: Path | None, data: Path | None) -> None:
 @click.option("--manoeuvre", **MANOEUVRE, help="Simulate this one and measure it.")
 @click.option("--data", type=PATH, metavar="LOG", help="Read this log (CSV) instead.")
 def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | None, data: Path | None) -> None:
-    """Write a study file, of a simulated manoeuvre or of a log, with a sensor for each of its columns."""
+    """Write a study file, of a manoeuvre or of a log.
+
+    A manoeuvre is simulated and its track measured; of a log there is a sensor for each column.
+    """
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.vehicles import load_vehicle
     from bayesub.study.new.study import of_log, simulated
@@ -108,7 +117,10 @@ def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | 
 @new.command(epilog="Example: bayesub new limits -o limits.toml")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; limits.toml if left out.")
 def limits(output: Path | None) -> None:
-    """Write the limits of boat, crew and range for `bayesub design`, with every key."""
+    """Write the limits of a trial, for `bayesub design`.
+
+    They are those of boat, crew and range, with every key.
+    """
     from bayesub.study.new import files
 
     path = output or Path("limits.toml")

@@ -74,8 +74,9 @@ def _rows(glance: Mapping[str, Any], *, good: bool) -> Iterator[tuple[str, str]]
 def _not_unique(glance: Mapping[str, Any]) -> str:
     """How many combinations are not, and what to hold."""
     text = counted(glance["n_null"], "combination") if glance["n_null"] else "none"
-    text += f", {glance['n_faint']} more below any instrument" if glance["n_faint"] else ""
-    return f"{text}; hold {', '.join(glance['hold'])}" if glance["hold"] else text
+    text += f", {glance['n_faint']} more nearly" if glance["n_faint"] else ""
+    text += "; hold " if glance["hold"] else ""
+    return text + _first(glance["hold"], len(glance["hold"]), used=len(text))
 
 
 def _answer(glance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -90,20 +91,21 @@ def _answer(glance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield label, f"stable {row['where']}: {100 * row['posterior']:.3g} % (before {100 * row['prior']:.3g} %)"
         label = ""
     known = glance["known"]
-    words = _first((f"{row['name']} {row['percent']:.2g} %" for row in known), len(known))
-    yield "coefficients", f"{len(known)} of {glance['n_coefficients']} to 5 %{': ' if known else ''}{words}"
+    count = f"{len(known)} of {glance['n_coefficients']} to 5 %{': ' if known else ''}"
+    words = (f"{row['name']} {row['percent']:.2g} %" for row in known)
+    yield "coefficients", count + _first(words, len(known), used=len(count))
     yield "", f"{glance['n_sharper']} better than before, {glance['n_untouched']} by the prior alone"
 
 
-def _first(words: Iterable[str], n: int, what: str = "") -> str:
-    """As many of the words as have room in a line, and how many of `n` more there are."""
-    shown: list[str] = []
-    for word in words:
-        if len(", ".join([*shown, word])) > width() - _GAP - 28 and shown:
+def _first(words: Iterable[str], n: int, what: str = "", used: int = 0) -> str:
+    """As many of the words as have room in a line of which some is used, and how many of `n` more there are."""
+    words = list(words)
+    for k in range(len(words), -1, -1):
+        more = [f"{n - k} {'more ' if k else ''}{what}".rstrip()] if n > k else []
+        text = ", ".join([*words[:k], *more])
+        if len(text) <= width() - _GAP - used or k <= 1:
             break
-        shown.append(word)
-    more = n - len(shown)
-    return ", ".join([*shown, *([f"{more} {'more ' if shown else ''}{what}".rstrip()] if more else [])])
+    return text
 
 
 def _next(result: "StudyResult", glance: Mapping[str, Any]) -> str:

@@ -75,9 +75,7 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
     end(worst(result.verdict for result in results))
 
 
-def _run_file(
-    file: Path, output: Path | None, options: dict[str, bool], executor, verbose: bool
-) -> "StudyResult":
+def _run_file(file: Path, output: Path | None, options: dict[str, bool], executor, verbose: bool) -> "StudyResult":
     """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
     from bayesub.study.run.run import read, run
 
@@ -89,9 +87,7 @@ def _run_file(
     return result
 
 
-def _run_folder(
-    source: Path, output: Path, options: dict[str, bool], executor, verbose: bool
-) -> list["StudyResult"]:
+def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, verbose: bool) -> list["StudyResult"]:
     """Run the studies of a folder, each into a folder of its own under `output`, and list them on a page there."""
     from bayesub.study.run import runs
     from bayesub.study.run.run import run_unless_done

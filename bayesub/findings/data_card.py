@@ -17,7 +17,7 @@ from bayesub.model.equations import EquationSet
 GAP = 3.0  # median intervals between two readings, beyond which readings are missing rather than dropped
 FALSE_ALARMS = 0.01  # probability that a channel of smooth motion and normal noise has a candidate for an outlier
 NAMED = 3  # coefficients that a row names
-HEADS = ("channel", "readings", "at s", "gaps", "outliers?", "directions", "alone, % of prior sd")
+HEADS = ("channel", "readings", "at s", "gaps, outliers", "informs", "alone, % of prior sd")
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,14 @@ class ChannelCard:
 
     def row(self, names: Sequence[str]) -> tuple[str, ...]:
         """The card of the channel as cells below :data:`HEADS`, with the names (n_params,) of the parameters."""
-        gaps = ", ".join(f"{start:.4g}-{end:.4g} s" for start, end in self.gaps[:2]) + (" .." if self.gaps[2:] else "")
-        at = ", ".join(f"{time:.4g}" for time in self.outliers[:3]) + (" .." if len(self.outliers) > 3 else "")
+        faults = [f"gap {start:.4g}-{end:.4g} s" for start, end in self.gaps[:2]] + [".."] * (len(self.gaps) > 2)
+        if len(self.outliers):
+            at = ", ".join(f"{time:.4g}" for time in self.outliers[:3]) + (" .." if len(self.outliers) > 3 else "")
+            faults.append(f"outlier? at {at} s")
         span = f"{self.times[0]:.4g}-{self.times[-1]:.4g} by {self.interval_s:.3g}"
         best = [k for k in np.argsort(self.contraction) if self.contraction[k] < 0.5][:NAMED]
         known = ", ".join(f"{names[k]} {100.0 * self.contraction[k]:.2g}" for k in best) or "none below 50"
-        directions = f"{self.n_directions} of {len(names)}"
-        return self.name, str(len(self.times)), span, gaps or "no", f"{at} s" if at else "no", directions, known
+        return self.name, str(len(self.times)), span, ", ".join(faults) or "none", str(self.n_directions), known
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class DataCard:
         """The card as a table, a row a channel, and what trades off with zeros of actuators."""
         n, total = self.n_directions, len(self.names)
         lines = aligned([HEADS, *(channel.row(self.names) for channel in self.channels)])
-        lines.append(f"together: {n} of {total} directions ({100 * n / total:.0f} %) better known than before")
+        lines.append(f"together they inform {n} of {total} directions ({100 * n / total:.0f} %)")
         lines += [zeros.sentence(self.zeros)] if self.zeros else []
         return [*lines, f"advice: {self.advice}"] if self.advice else lines
 

@@ -59,7 +59,7 @@ def aligned(rows: Iterable[Sequence[str]], indent: str = "  ") -> list[str]:
     lines = []
     for *cells, last in texts:
         head = indent + "".join(f"{cell:<{size}}  " for cell, size in zip(cells, widths, strict=True))
-        room = max(width(), len(head) + WIDTH // 4)
+        room = max(width(), len(head) + WIDTH // 5)
         hang = {"initial_indent": head, "subsequent_indent": " " * len(head) if cells else f"{indent}  "}
         wrapped = textwrap.wrap(last, room, **hang, break_long_words=False, break_on_hyphens=False)
         lines += [line.rstrip() for line in wrapped or [head]]
@@ -195,15 +195,15 @@ class Bars:
 
     def _end(self):
         if self.name:
-            self._say()
+            self._say(*self.words)
         for task in self.bars.task_ids:
             self.bars.remove_task(task)
         self.name = ""
 
-    def _say(self, state: str = ""):
+    def _say(self, *words: str, state: str = ""):
         seconds = time.perf_counter() - self.began
         taken = f"{seconds:.1f} s" if seconds < 9.95 else duration(seconds)
-        say(f"  {self.name:<28} {taken:>11}{state}  {', '.join(filter(None, self.words))}".rstrip())
+        say(f"  {self.name:<28} {taken:>11}{state}  {', '.join(filter(None, words))}".rstrip())
 
     def stage(self, name: str) -> None:
         """Say how long the stage before took, and begin one of this name."""
@@ -221,8 +221,8 @@ class Bars:
         for task in self.bars.task_ids:
             self.bars.update(task, completed=done, total=total, count=count, note=note)
         if self.bars.disable and time.perf_counter() - self.said > _SAY_S:
-            self.said, self.words = time.perf_counter(), (count, note)
-            self._say(" so far")
+            self.said = time.perf_counter()
+            self._say(count, note, state=" so far")
 
     def remark(self, sentence: str) -> None:
         """Print the sentence above the bars, wrapped but for lines that are indented."""
