@@ -4,6 +4,7 @@ import importlib
 import os
 import sys
 import warnings
+from itertools import groupby
 
 import click
 
@@ -13,36 +14,25 @@ from bayesub.io.errors import InputError, Remark, one_line
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, accept_all_letters, complain, console
 
-# Group -> command -> the module and the name of its click command, and a line of help. These modules import what their
-# command computes with in the function of the command, so that help and completion start at once.
-GROUPS = {
-    "Prepare": {
-        "new": ("new:new", "Write a commented file: vehicle, study, map of a log, limits .."),
-        "convert": ("convert:convert", "Make a log of what a vehicle wrote (ROS, MAVLink, NMEA ..)"),
-        "check": ("before:check", "Validate any input file, and show what it holds"),
-    },
-    "Trial": {
-        "simulate": ("before:simulate", "Fly a manoeuvre; write its track or the log of a trial"),
-        "rank": ("before:rank", "Show what a manoeuvre leaves open, even with perfect sensors"),
-        "design": ("design:design", "Search the manoeuvre that informs most, within limits"),
-    },
-    "Infer": {
-        "run": ("run:run", "Run a study: fit, sample, judge, report"),
-        "report": ("finished:report", "Draw figures and report of a run again"),
-    },
-    "Use": {
-        "predict": ("finished:predict", "Predict another manoeuvre or a log by a run"),
-        "export": ("finished:export", "Write a posterior as vehicle file, draws or table"),
-        "compare": ("finished:compare", "Set the posteriors of several runs side by side"),
-    },
-    "Learn": {
-        "manual": ("manual:manual", "Show a page of the manual"),
-        "list": ("listing:list_", "List what is built in, and studies"),
-        "bench": ("before:bench", "Measure the simulator on this machine"),
-        "completion": ("listing:completion", "Print what completes commands in your shell"),
-    },
+# Command -> its group, the module and the name of its click command, and a line of help. These modules import what they
+# compute with in the function of the command, so that help and completion start at once.
+COMMANDS = {
+    "new": ("Prepare", "new:new", "Write a commented file: vehicle, study, map of a log, limits .."),
+    "convert": ("Prepare", "convert:convert", "Make a log of what a vehicle wrote (ROS, MAVLink, NMEA ..)"),
+    "check": ("Prepare", "before:check", "Validate any input file, and show what it holds"),
+    "simulate": ("Trial", "before:simulate", "Fly a manoeuvre; write its track or the log of a trial"),
+    "rank": ("Trial", "before:rank", "Show what a manoeuvre leaves open, even with perfect sensors"),
+    "design": ("Trial", "design:design", "Search the manoeuvre that informs most, within limits"),
+    "run": ("Infer", "run:run", "Run a study: fit, sample, judge, report"),
+    "report": ("Infer", "finished:report", "Draw figures and report of a run again"),
+    "predict": ("Use", "finished:predict", "Predict another manoeuvre or a log by a run"),
+    "export": ("Use", "finished:export", "Write a posterior as vehicle file, draws or table"),
+    "compare": ("Use", "finished:compare", "Set the posteriors of several runs side by side"),
+    "manual": ("Learn", "manual:manual", "Show a page of the manual"),
+    "list": ("Learn", "listing:list_", "List what is built in, and studies"),
+    "bench": ("Learn", "before:bench", "Measure the simulator on this machine"),
+    "completion": ("Learn", "listing:completion", "Print what completes commands in your shell"),
 }
-COMMANDS = {name: entry for commands in GROUPS.values() for name, entry in commands.items()}
 
 
 class LazyGroup(NamingGroup):
@@ -56,15 +46,14 @@ class LazyGroup(NamingGroup):
         """The command of a name; None if there is none."""
         if cmd_name not in COMMANDS:
             return None
-        module, name = COMMANDS[cmd_name][0].split(":")
+        module, name = COMMANDS[cmd_name][1].split(":")
         return getattr(importlib.import_module(f"bayesub.cli.{module}"), name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
         """The commands group by group, a line each."""
-        width = max(map(len, COMMANDS))
-        for group, commands in GROUPS.items():
+        for group, commands in groupby(COMMANDS.items(), key=lambda item: item[1][0]):
             with formatter.section(group):
-                formatter.write_dl([(f"{name:<{width}}", line) for name, (_, line) in commands.items()])
+                formatter.write_dl([(f"{name:<10}", line) for name, (*_, line) in commands])
 
 
 def main() -> None:

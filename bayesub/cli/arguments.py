@@ -18,9 +18,9 @@ class NamingGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """The command of the first argument."""
-        if not ctx.resilient_parsing and not args[0].startswith("-"):  # options are complained of by click
-            if args[0] not in (names := self.list_commands(ctx)):
-                ctx.fail(f"No such command '{args[0]}'{nearest(args[0], names)}")
+        is_option, names = args[0].startswith("-"), self.list_commands(ctx)  # click says what is wrong with an option
+        if not (ctx.resilient_parsing or is_option or args[0] in names):
+            ctx.fail(f"No such command '{args[0]}'{nearest(args[0], names)}")
         return super().resolve_command(ctx, args)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from bayesub.io.errors import check_known
+from bayesub.io.terminal import aligned
 
 FOLDER = Path(str(resources.files("bayesub"))) / "manual"
 KINDS = {
@@ -83,12 +84,11 @@ def manual(topic: str, show_path: bool) -> None:
 
 def _listed(by_topic: dict[str, Page]) -> list[str]:
     """The list of pages, a line each, grouped by kind."""
-    width = max(map(len, by_topic))
     lines: list[str] = []
     for kind, title in KINDS.items():
-        lines += ["", title] if lines else [title]
-        lines += [f"  {page.topic:<{width}}  {page.summary}" for page in by_topic.values() if page.kind == kind]
-    return [*lines, "", "bayesub manual TOPIC shows a page."]
+        pages_of_kind = [(page.topic, page.summary) for page in by_topic.values() if page.kind == kind]
+        lines += [title, *aligned(pages_of_kind), ""]
+    return [*lines, "bayesub manual TOPIC shows a page."]
 
 
 def _rendered(page: Page) -> str:

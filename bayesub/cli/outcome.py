@@ -4,13 +4,15 @@ import re
 import shlex
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from bayesub.findings.verdicts import STATUS, in_words
-from bayesub.io.terminal import duration, say, say_rows, width
+from bayesub.io.terminal import aligned, duration, say, say_rows, width
 from bayesub.io.words import counted
+from bayesub.study.run.result import SUGGESTED
 
 if TYPE_CHECKING:
     from bayesub.study.run.result import StudyResult
@@ -22,13 +24,12 @@ _BAD_LINES = 4  # that what is wrong takes, in all
 def tell(result: "StudyResult", *, verbose: bool = False) -> None:
     """Say what came of a run; the verdict comes last."""
     numbers = result.numbers
-    if verbose:
-        for topic, sentence in result.sentences.items():
-            if "\n" in sentence:  # lines to paste begin a line
-                say(f"{topic.replace('_', ' ')}:\n{sentence}")
-            else:
-                say_rows([(f"{topic.replace('_', ' '):<12}", sentence)], indent="")
-        say("")
+    for topic, sentence in result.sentences.items() if verbose else ():
+        label = topic.replace("_", " ")
+        if "\n" in sentence:  # lines to paste begin a line
+            say(f"{label}:\n{sentence}")
+        else:
+            say_rows([(f"{label:<12}", sentence)], indent="")
     if "glance" in numbers:
         flown = f"{numbers['vehicle']}, {numbers['manoeuvre']}, {numbers['n_readings']} readings"
         taken = f"  {duration(result.seconds)}"
@@ -82,14 +83,10 @@ def _not_unique(glance: Mapping[str, Any]) -> str:
 def _answer(glance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """What is known of boat and coefficients."""
     boat = [(row["label"], f"{' .. '.join(row['posterior'])} {row['unit']}", row["prior"]) for row in glance["boat"]]
-    widths = [max((len(row[k]) for row in boat), default=0) for k in (0, 1)]
-    label = "boat"
-    for name, now, before in boat:
-        yield label, f"{name:<{widths[0]}}  {now:<{widths[1]}}  (before {' .. '.join(before)})"
-        label = ""
+    lines = aligned([(label, now, f"(before {' .. '.join(before)})") for label, now, before in boat], indent="")
     for row in glance["stable"]:
-        yield label, f"stable {row['where']}: {100 * row['posterior']:.3g} % (before {100 * row['prior']:.3g} %)"
-        label = ""
+        lines.append(f"stable {row['where']}: {100 * row['posterior']:.3g} % (before {100 * row['prior']:.3g} %)")
+    yield from zip(["boat", *[""] * len(lines)], lines, strict=False)
     known = glance["known"]
     count = f"{len(known)} of {glance['n_coefficients']} to 5 %{': ' if known else ''}"
     words = (f"{row['name']} {row['percent']:.2g} %" for row in known)
@@ -115,6 +112,6 @@ def _next(result: "StudyResult", glance: Mapping[str, Any]) -> str:
         return f"bayesub predict {folder} zigzag_20_20 -o {folder}_predicted"
     if result.good:
         return f"bayesub export {folder} -o known.toml"
-    if result.suggestion:
-        return f"bayesub run {shlex.quote(str(result.suggestion))} -o {folder}_again"
+    if (file := Path(result.folder) / SUGGESTED).exists():
+        return f"bayesub run {shlex.quote(str(file))} -o {folder}_again"
     return "bayesub manual troubleshooting"

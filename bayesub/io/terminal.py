@@ -10,7 +10,7 @@ from typing import Any, NoReturn, Protocol
 
 import rich.progress
 from rich.console import Console
-from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn
+from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.segment import Segment
 from rich.table import Column
 from rich.text import Text
@@ -18,7 +18,6 @@ from rich.text import Text
 from bayesub.io.errors import printable
 
 BAD_INPUT, INTERRUPTED = 2, 130  # the others are those of verdicts
-WIDTH = 100  # of text, on a console that is wider
 _SAY_S = 60.0  # between two lines of a stage where there are no bars
 
 
@@ -49,7 +48,7 @@ def say(sentence: str, style: str = "") -> None:
 
 def width() -> int:
     """Characters of a line of text."""
-    return min(console.width, WIDTH)
+    return min(console.width, 100)
 
 
 def aligned(rows: Iterable[Sequence[str]], indent: str = "  ") -> list[str]:
@@ -59,10 +58,9 @@ def aligned(rows: Iterable[Sequence[str]], indent: str = "  ") -> list[str]:
     lines = []
     for *cells, last in texts:
         head = indent + "".join(f"{cell:<{size}}  " for cell, size in zip(cells, widths, strict=True))
-        room = max(width(), len(head) + WIDTH // 5)
-        hang = {"initial_indent": head, "subsequent_indent": " " * len(head) if cells else f"{indent}  "}
-        wrapped = textwrap.wrap(last, room, **hang, break_long_words=False, break_on_hyphens=False)
-        lines += [line.rstrip() for line in wrapped or [head]]
+        hang = " " * len(head) if cells else f"{indent}  "
+        wrapper = textwrap.TextWrapper(max(width(), len(head) + 20), head, hang, break_long_words=False)
+        lines += [line.rstrip() for line in wrapper.wrap(last) or [head]]
     return lines
 
 
@@ -153,14 +151,6 @@ class _Tail(rich.progress.ProgressColumn):
         return Text(", ".join(filter(None, words)), no_wrap=True, overflow="ellipsis")
 
 
-class _Clock(rich.progress.ProgressColumn):
-    """The time since a task began."""
-
-    def render(self, task: rich.progress.Task) -> Text:
-        """The time in words."""
-        return Text(duration(task.elapsed or 0.0))
-
-
 class Bars:
     """The stage at work as a bar with its pace and the time left, and a line with its time for each that has ended.
 
@@ -168,13 +158,12 @@ class Bars:
     """
 
     def __init__(self):
-        whole = {"table_column": Column(no_wrap=True)}
         self.bars = rich.progress.Progress(
-            SpinnerColumn(**whole),
-            TextColumn("{task.description}", **whole),
-            BarColumn(bar_width=12, **whole),
-            TaskProgressColumn(show_speed=False, **whole),
-            _Clock(**whole),
+            SpinnerColumn(table_column=Column(no_wrap=True)),
+            TextColumn("{task.description}", table_column=Column(no_wrap=True)),
+            BarColumn(bar_width=12, table_column=Column(no_wrap=True)),
+            TaskProgressColumn(show_speed=False, table_column=Column(no_wrap=True)),
+            TimeElapsedColumn(table_column=Column(no_wrap=True)),
             _Tail(),
             console=console,
             transient=True,

@@ -7,7 +7,7 @@ import base64
 import re
 import tempfile
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from itertools import count
@@ -45,12 +45,11 @@ class ReportFigure:
 
 
 def draw_all(
-    figures: Iterable[ReportFigure], folder: Path, *, pdf: bool = False, progress: Progress = SILENT
+    figures: Sequence[ReportFigure], folder: Path, *, pdf: bool = False, progress: Progress = SILENT
 ) -> dict[str, tuple[str, bytes]]:
     """Draw figures into files of a folder, PDFs too if asked; name -> caption, and what a page shows, PNG or SVG."""
     pictures: dict[str, tuple[str, bytes]] = {}
     progress.stage("figures and page")
-    figures = list(figures)
     with tempfile.TemporaryDirectory() as scratch:
         for figure in figures:
             progress.update(len(pictures), len(figures), "figures", figure.name)
@@ -105,10 +104,9 @@ class Sheet:
     commit: str = "unknown"  # of the sources
     seed: int = 0
 
-    def write(self, file: Path, *, pdf: bool = False, progress: Progress = SILENT) -> None:
+    def write(self, file: Path, *, pdf: bool = False) -> None:
         """Write the page, and its figures beside it; of them PDFs too if asked."""
-        figures = [part for part in self.parts if isinstance(part, ReportFigure)]
-        pictures = draw_all(figures, file.parent, pdf=pdf, progress=progress)
+        pictures = draw_all([part for part in self.parts if isinstance(part, ReportFigure)], file.parent, pdf=pdf)
         write_text(file, fill("sheet.html", pictures, sheet=self))
 
 

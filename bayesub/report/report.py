@@ -98,7 +98,7 @@ def write_report(
     folder = Path(folder)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        drawn = figures(results, reference, word, numbers["baselines"])
+        drawn = list(figures(results, reference, word, numbers["baselines"]))
         pictures = pages.draw_all(drawn, folder, pdf=pdf, progress=asked.progress)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         live = widgets.content(results, numbers, reference, word)

@@ -135,7 +135,7 @@ def counted(monkeypatch, width, is_terminal):
 def test_bars_show_counts_pace_and_notes(monkeypatch, width):
     """On a terminal; the clock is whole in any, and what has no room is left out at the end."""
     shown = counted(monkeypatch, width, is_terminal=True)
-    assert re.search(r"sample the posterior \S+ +75% 0 s 3 of 4 steps, [0-9.]+/s, [0-9]+ s left", shown)
+    assert re.search(r"sample the posterior \S+ +75% 0:00:00 3 of 4 steps, [0-9.]+/s, [0-9]+ s left", shown)
     assert ("R-hat 1.02\n" in shown) == (width >= 80)
 
 

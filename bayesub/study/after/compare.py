@@ -84,11 +84,11 @@ def compare(
             progress.stage(f"{label} on {Path(name).stem}")
             compared.append(_compared(label, run, trial, draws, seed))
         comparison = Comparison(tuple(compared), Path(name).stem)
-        progress.stage("findings")
+        progress.stage("figures and page")
         numbers = comparison.numbers | {"seed": seed}
         tables = {"coefficients.csv": comparison.coefficient_rows(), "distances.csv": comparison.distance_rows()}
         sheet = comparison_page.sheet(comparison, commit=config["commit"], seed=seed)
-        write_answer(output, PAGE, sheet, numbers, tables, pdf=pdf, progress=progress)
+        write_answer(output, PAGE, sheet, numbers, tables, pdf=pdf)
     return numbers
 
 

@@ -124,7 +124,7 @@ def predict_by_run(
     with open_folder(folder, config, copies(files, config["files_sha256"]), force=force):
         rng = np.random.default_rng(request.seed)
         trial = predicted_by(run, posed, rng, request.draws, progress)
-        progress.stage("findings")
+        progress.stage("figures and page")
         numbers = trial.numbers | {"seed": request.seed, "unread_columns": list(posed.unread)}
         chosen = {by: trial.motions[by] for by in (unseen.POSTERIOR, unseen.PRIOR, unseen.SQP) if by in trial.motions}
         bands = {by: one for by, one in chosen.items() if one.is_flown or by == unseen.POSTERIOR}
@@ -132,26 +132,19 @@ def predict_by_run(
         if trial.readings.predictions:
             tables["readings.csv"] = readings_table(trial.readings)
         sheet = prediction_page.sheet(trial, commit=config["commit"], seed=request.seed)
-        write_answer(folder, PAGE, sheet, numbers, tables, pdf=pdf, progress=progress)
+        write_answer(folder, PAGE, sheet, numbers, tables, pdf=pdf)
     return numbers
 
 
 def write_answer(
-    folder: Path,
-    page: str,
-    sheet: Sheet,
-    numbers: dict[str, Any],
-    tables: Mapping[str, Any],
-    *,
-    pdf: bool,
-    progress: Progress,
+    folder: Path, page: str, sheet: Sheet, numbers: dict[str, Any], tables: Mapping[str, Any], *, pdf: bool
 ) -> None:
     """Write tables (name of the file -> what :func:`bayesub.io.atomic.write_csv` takes), numbers, figures and page."""
     with writing(folder):
         for name, content in tables.items():
             write_csv(folder / name, content)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
-        sheet.write(folder / page, pdf=pdf, progress=progress)
+        sheet.write(folder / page, pdf=pdf)
 
 
 def predicted_by(

@@ -115,8 +115,7 @@ def rank(vehicle: str, manoeuvre: str, **options: Any) -> Ranked:
     lines, values = [], dict(zip(boat.equations.names, boat.xi.tolist(), strict=True))
     for axis, r in ranks.items():
         for verdict, vectors in (("not unique", r.null_vectors), ("ill-conditioned", r.weak_vectors)):
-            for vector in vectors:
-                lines.append(f"{axis} {verdict}: {change_words(changes(vector, values))}")
+            lines += [f"{axis} {verdict}: {change_words(changes(vector, values))}" for vector in vectors]
     title = f"{boat.name} on {history.name} ({_freedom(trajectory)}), if every motion is known exactly"
     n, hold = sum(r.columns for r in ranks.values()), [name for r in ranks.values() for name in r.pivots]
     last = f"Of {n} directions in coefficient space: {null_count({axis: r.summary() for axis, r in ranks.items()})}"

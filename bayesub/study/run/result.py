@@ -69,12 +69,6 @@ class StudyResult:
         return page if page.exists() else None
 
     @property
-    def suggestion(self) -> Path | None:
-        """The study with what its residuals ask for; None if there is none."""
-        file = Path(self.folder) / SUGGESTED
-        return file if file.exists() else None
-
-    @property
     def numbers(self) -> dict[str, Any]:
         """The content of ``numbers.json`` in the run folder; empty if there is none."""
         file = Path(self.folder) / NUMBERS

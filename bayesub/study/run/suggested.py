@@ -1,9 +1,8 @@
 """The study file with what its residuals ask for, which a run leaves in its folder."""
 
 import os
-from collections.abc import Iterator, MutableMapping
+import re
 from pathlib import Path
-from typing import Any
 
 import tomlkit
 
@@ -18,25 +17,12 @@ def suggest(study: Study, lines: str, folder: Path) -> Path:
 
     `lines`: TOML, sections with keys; `folder`: of the run. Files that the study names are named as seen from there.
     """
-    document = tomlkit.parse(toml_files.read_text(Path(study.source)))
-    for table, key, name in _files(document, study):
-        file, colon, function = name.partition(".py:")
-        place = study.path(f"{file}.py" if colon else name)
-        table[key] = Path(os.path.relpath(place, folder)).as_posix() + f":{function}" * bool(colon)
+    text = toml_files.read_text(Path(study.source))
+    for name in study.files:
+        place = Path(os.path.relpath(study.path(name), folder)).as_posix()
+        text = re.sub(rf"""(["']){re.escape(name)}(:\w+)?\1""", rf"\g<1>{place}\g<2>\g<1>", text)
+    document = tomlkit.parse(text)
     for section, added in tomlkit.parse(lines).items():
-        if section in document:
-            document[section].update(added)
-        else:
-            document[section] = added
-    write_text(folder / SUGGESTED, tomlkit.dumps(document).rstrip() + "\n")
+        document.setdefault(section, added).update(added)
+    write_text(folder / SUGGESTED, document.as_string().rstrip() + "\n")
     return folder / SUGGESTED
-
-
-def _files(table: MutableMapping[str, Any], study: Study) -> Iterator[tuple[MutableMapping[str, Any], str, str]]:
-    """Each place in a table that names a file of the study: the table that it is in, its key, and the name."""
-    for key, value in table.items():
-        if isinstance(value, str) and value.partition(":")[0] in study.files:
-            yield table, key, value
-        for one in value if isinstance(value, list) else [value]:
-            if isinstance(one, MutableMapping):
-                yield from _files(one, study)
