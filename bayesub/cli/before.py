@@ -39,7 +39,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
             vehicles.append(file_card.vehicle)
         findings[str(path)] = (text, file_card)
         if not as_json:
-            say_rows([(f"{path}: {text}",)], indent="")
+            say(f"{path}: {text}")
             for line in file_card.lines() if file_card else []:
                 say(line)
     if as_json:

@@ -199,7 +199,7 @@ class Bars:
         self._end()
         self.name, self.words, self.began = name, ("", ""), time.perf_counter()
         self.said = self.began
-        self.bars.add_task(name, total=1.0, count="", note="")
+        self.bars.add_task(name, total=None, count="", note="")
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
         """Fill the bar of the stage so far."""
