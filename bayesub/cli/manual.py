@@ -10,7 +10,8 @@ from pathlib import Path
 
 import click
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import check_known
+from bayesub.io.terminal import aligned
 
 FOLDER = Path(str(resources.files("bayesub"))) / "manual"
 KINDS = {
@@ -90,9 +91,9 @@ def manual(topic: str, show_path: bool, site: str | None, reports: str | None) -
         return
     begun = [name for name in by_topic if name.startswith(topic)]
     topic = begun[0] if topic and topic not in by_topic and len(begun) == 1 else topic
-    if topic and topic not in by_topic:
-        text = f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}"
-        raise InputError(text, "unknown", topic)
+    if topic:
+        hint = f"the {len(by_topic)} pages are listed by bayesub manual"
+        check_known(topic, by_topic, f"the manual has no page '{topic}'", hint=hint)
     if show_path:
         click.echo(by_topic[topic].path if topic else FOLDER)
     elif not topic:
@@ -105,12 +106,11 @@ def manual(topic: str, show_path: bool, site: str | None, reports: str | None) -
 
 def _listed(by_topic: dict[str, Page]) -> list[str]:
     """The list of pages, a line each, grouped by kind."""
-    width = max(map(len, by_topic))
     lines: list[str] = []
     for kind, title in KINDS.items():
-        lines += ["", title] if lines else [title]
-        lines += [f"  {page.topic:<{width}}  {page.summary}" for page in by_topic.values() if page.kind == kind]
-    return [*lines, "", "bayesub manual TOPIC shows a page."]
+        pages_of_kind = [(page.topic, page.summary) for page in by_topic.values() if page.kind == kind]
+        lines += [title, *aligned(pages_of_kind), ""]
+    return [*lines, "bayesub manual TOPIC shows a page."]
 
 
 def _rendered(page: Page) -> str:

@@ -19,7 +19,7 @@ from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
 from bayesub.design.search import Cost, Found, search
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
@@ -41,9 +41,7 @@ def kinds(limits: Limits, asked: Sequence[str] = ()) -> tuple[str, ...]:
     Of none those that a helmsman or an autopilot can follow.
     """
     for kind in asked:
-        if kind not in KINDS:
-            text = f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}"
-            raise InputError(text, "unknown", "--family")
+        check_known(kind, KINDS, f"--family {kind}: unknown", hint=f"expected {', '.join(KINDS)}", key="--family")
         if limits.orders_an_hour is not None and kind not in HELMSMAN:
             what = f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps"
             raise InputError(f"{what}; leave one of them out", "conflict", "--family")

@@ -31,6 +31,7 @@ _NAMES = {
     "disturbance": "unmodelled forces",
     "slow noise": "slow sensors",
 }
+_ADD = "the lines to add"
 _STEP = 0.15  # of its range, by which a control steps from one row to the next
 _AFTER, _MOST, _CHANCE = 3.0, 0.8, 1e-3  # readings after a step; share of outliers there, and chance of so many
 _LISTED = 6  # channels in a sentence
@@ -182,15 +183,15 @@ def look_like(explanations: Sequence[Discrepancy]) -> str:
     """What the residuals look like, by how much, and what to do; of explanations, best first and at least one."""
     best, *others = explanations
     if not others:
-        return f"They look as if {_words(best)} ({best.gain:.0f} nats better than by their noise); add the lines below."
+        return f"They look as if {_words(best)} ({best.gain:.0f} nats better than by their noise); {_ADD} infer it."
     second = others[0]
     lead = best.gain - second.gain
     if lead < max(_CLOSE, _SHARE * best.gain):
         return (
-            f"They look as if {_words(best)}, or nearly as well ({lead:.0f} nats less) as if {_words(second)}; add the "
-            "lines below, which are for the first, or what the second needs."
+            f"They look as if {_words(best)}, or nearly as well ({lead:.0f} nats less) as if {_words(second)}; {_ADD} "
+            "infer the first."
         )
-    return f"They look as if {_words(best)} ({lead:.0f} nats better than {_NAMES[second.kind]}); add the lines below."
+    return f"They look as if {_words(best)} ({lead:.0f} nats better than {_NAMES[second.kind]}); {_ADD} infer it."
 
 
 def _words(explanation) -> str:

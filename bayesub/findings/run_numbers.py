@@ -373,22 +373,23 @@ def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dic
 
     Returns ``axis``, and ``changes``: coefficient -> change over its value, largest first.
     """
-    result = []
-    for axis, rank in null_space.ranks.items():
-        for vector in rank.null_vectors:
-            relative = {name: change / values[name] for name, change in vector.items() if values[name]}
-            order = sorted(relative, key=lambda name: -abs(relative[name]))
-            scale = LARGEST / relative[order[0]]
-            result.append({"axis": axis, "changes": {name: scale * relative[name] for name in order}})
-    return result
+    ranks = null_space.ranks.items()
+    return [{"axis": axis, "changes": changes(v, values)} for axis, rank in ranks for v in rank.null_vectors]
+
+
+def changes(vector: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
+    """A direction as changes over the values of coefficients that are not zero: the largest first, which is 50 %."""
+    relative = {name: change / values[name] for name, change in vector.items() if values[name]}
+    order = sorted(relative, key=lambda name: -abs(relative[name]))
+    return {name: LARGEST / relative[order[0]] * relative[name] for name in order}
 
 
 def null_sentence(directions: list[dict]) -> str:
     """What may change together; empty if nothing may."""
-    return "; ".join(f"{direction['axis']}: {_null_words(direction['changes'])}" for direction in directions)
+    return "; ".join(f"{direction['axis']}: {change_words(direction['changes'])}" for direction in directions)
 
 
-def _null_words(changes: Mapping[str, float]) -> str:
+def change_words(changes: Mapping[str, float]) -> str:
     """Changes such as ``50 % of Yvdot with 21 % of Yuv and 4 others``, or of one by itself where others hardly move."""
     some = [f"{percent(change)} of {name}" for name, change in changes.items() if abs(change) >= LEAST]
     first, *others = some

@@ -382,9 +382,9 @@ def _by_ensemble(steps, n_ensembles):
 def _pace(posterior, max_steps) -> tuple[float, float, str, str]:
     """Steps so far, how many are needed by the criterion of length, their unit, and a note."""
     n_steps, done = posterior.n_steps, posterior.n_warmup + posterior.n_steps
-    note = f"acceptance {posterior.acceptance:.0%}"
-    if posterior.chain.shape[1] < 50:
-        return done, max_steps, "steps", note
-    longest = posterior.tau.max()
-    needed = int(np.ceil(posterior.criteria.taus * longest * done / n_steps))
-    return done, min(max(needed, done + 1), max_steps), "steps", f"{note}, longest tau {longest:.0f}"
+    if posterior.chain.shape[1] < 50 or posterior.constants:
+        return done, max_steps, "steps", f"acceptance {posterior.acceptance:.0%}"
+    needed = int(np.ceil(posterior.criteria.taus * posterior.tau.max() * done / n_steps))
+    ess = min(posterior.bulk_ess.min(), posterior.tail_ess.min())
+    note = f"R-hat {posterior.rhat.max():.4f}, ESS {ess:.0f}"
+    return done, done if posterior.converged else min(max(needed, done + 1), max_steps), "steps", note

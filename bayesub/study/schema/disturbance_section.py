@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a secon
 # Key -> the axes that it may be given for, and its largest value, far above anything that floats.
 WAYS = {"sd": (AXES, 1.0), "sd_n": (AXES[:3], 1e12), "sd_nm": (AXES[3:], 1e15), "share": (AXES, 10.0)}
 WAYS |= {"sd_mps": (CURRENTS, 100.0)}
+LEAST = 1e-20  # of the largest value: less moves nothing
 _UNITS = {"sd_n": "in newton", "sd_nm": "in newton metre", "sd_mps": "in m/s"}
 
 
@@ -130,6 +131,9 @@ class DisturbanceSection(Section):
                 if number > largest:
                     hint = "; a force in newton is sd_n, a moment in newton metre is sd_nm" if key == "sd" else ""
                     raise ValueError(f"{key} of {axis} must be at most {largest:g}, found {number:g}{hint}")
+                if number < LEAST * largest:
+                    hint = "a force so small moves nothing, leave its axis out"
+                    raise ValueError(f"{key} of {axis} must be at least {LEAST * largest:g}, found {number:g}; {hint}")
         for axis in self.axes:
             keys = [key for key in WAYS if axis in (getattr(self, key) or {})]
             if len(keys) != 1:
