@@ -345,7 +345,7 @@ def fan_figure(
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
         f"The trial {f'{name} ' if name else ''}by draws of the prior (grey) and of the posterior (blue): {TRACKS} "
-        f"tracks each, and bands of every channel. Half of the 90 % band at the last reading shrinks: "
+        f"tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
