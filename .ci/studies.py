@@ -1,8 +1,8 @@
 """Every study in its quick version, two at a time: .ci/studies.py FOLDER STUDY .. prints the seconds of each.
 
 The processes are copies of one that has the imports done. A study that fails fails this; one that takes longer than
-SLOW has a line in its docstring or comment that says why: "Quick: ..". One that is to end otherwise than with 0 says so:
-"ends with status N".
+SLOW has a line in its docstring or comment that says why: "Quick: ..". One that does not end with status 0 says
+so: "ends with status N".
 """
 
 import contextlib

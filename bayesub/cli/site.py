@@ -53,6 +53,7 @@ def write(site: Path, pages: Mapping[str, Page], reports: Path | None) -> int:
         _stage(docs, pages)
         found = {file.parent for folder in (ROOT / "figures", reports) if folder for file in folder.rglob(REPORT)}
         _show_reports(docs / REPORTS, found)
+        _show_home(docs)
         built = _lay_out(docs, pages)
         written = [_draw_formulas(file) for file in built.rglob("*.html")]
         with writing(site):
@@ -72,8 +73,6 @@ def _stage(docs: Path, pages: Mapping[str, Page]) -> None:
     shutil.copytree(FOLDER, docs / FOLDER.relative_to(ROOT), ignore=LEFT_OUT)
     for name in OTHERS:
         shutil.copy(ROOT / name, docs / name)
-    home = Page("home", "", "", ROOT / HOME)
-    (docs / HOME).write_text(WIDE + home.text, encoding="utf-8")
     named = re.compile(rf"page `({'|'.join(pages)})`")
     for page in pages.values():
         text = page.text if page.path.suffix == ".md" else f"# {page.topic.title()}\n\n```bibtex\n{page.text}```\n"
@@ -94,6 +93,17 @@ def _show_reports(page: Path, found: set[Path]) -> None:
         picture = study.picture and f"{name}/{Path(study.picture).name}"
         shown[name] = runs.Entry(name, question, f"{name}/{REPORT}", picture)
     page.write_text("\n".join([WIDE + HEAD, *runs.cards(shown.values())]) + "\n", encoding="utf-8")
+
+
+def _show_home(docs: Path) -> None:
+    """Write the README as the landing page; where it leads to a study that is an example, it leads to its report."""
+
+    def shown(study: re.Match[str]) -> str:
+        report = f"reports/{study[1]}/{REPORT}"
+        return f"({report if (docs / report).exists() else REPORTS})"
+
+    text = re.sub(r"\(studies/examples/(\w+)\.toml\)", shown, Page("home", "", "", ROOT / HOME).text)
+    (docs / HOME).write_text(WIDE + text, encoding="utf-8")
 
 
 def _lay_out(docs: Path, pages: Mapping[str, Page]) -> Path:

@@ -89,6 +89,9 @@ def test_reports_are_shown_as_they_are_with_their_verdicts(built):
     text = (built[0] / "reports" / "index.html").read_text(encoding="utf-8")
     assert re.search(r'href="misfit/report.html".*?fan.png.*?Does it\?.*?does not fit', text, flags=re.DOTALL)
     assert 'href="quickstart/report.html"' in text
+    home = (built[0] / "index.html").read_text(encoding="utf-8")
+    assert 'href="reports/misfit/report.html"' in home  # and of the study that was not run the page of all
+    assert 'href="reports/index.html">a real log' in home
     committed = (ROOT / "figures" / "quickstart" / "report.html").read_text(encoding="utf-8")
     assert (built[0] / "reports" / "quickstart" / "report.html").read_text(encoding="utf-8") == committed
 
