@@ -63,8 +63,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield from _small(results, reference[:n], word)
     both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
     for k, ((name, part, before), (*_, after)) in enumerate(both):
-        fans = list(fan_figure(name, part, before, after, is_first=k == 0))
-        yield from fans or [track_figure(name, part, after, synthetic=word == "truth")]
+        yield from fan_figure(name, part, before, after, is_first=k == 0)
     for forces in results.forces:
         yield disturbance_figure(forces)
     yield from _ill_conditioning(results, reference, word, found)
@@ -278,21 +277,6 @@ def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
     synthetic = all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))
     source = "as the actuators follow them" if synthetic else "as the log has them"
     return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
-
-
-def track_figure(name: str, problem: Any, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
-    """The track of a trial of name "" or several."""
-
-    def draw(path):
-        motion = problem.truth() if synthetic else None
-        track.draw(path, problem.record, problem.predicted(draws), problem.motion(draws[:TRACKS]), motion)
-
-    return ReportFigure(
-        f"track_{name}" if name else "track",
-        f"The trial {f'{name} ' if name else ''}and {min(TRACKS, len(draws))} draws from the posterior. On the right "
-        "the readings minus the posterior mean: pure noise if the model fits.",
-        draw,
-    )
 
 
 def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:

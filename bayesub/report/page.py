@@ -129,27 +129,21 @@ def with_contents(page: str) -> str:
 
 def product(regressor: str) -> Markup:
     """A regressor such as ``u*abs(r)*dr*dr`` in HTML, u |r| δ with a subscript, squared."""
-    factors = (factor.strip() for factor in regressor.split("*"))
-    counts: dict[str, int] = {}
-    for name, power in (factor.partition("^")[::2] for factor in factors):
-        counts[name] = counts.get(name, 0) + int(power or 1)
-    return Markup(" ").join(_raised(_factor(name), power) for name, power in counts.items())
-
-
-def _raised(factor: Markup, power: int) -> Markup:
-    return factor if power == 1 else factor + Markup("<sup>{}</sup>").format(power)
+    powers: dict[str, int] = {}
+    for name, _, power in (factor.strip().partition("^") for factor in regressor.split("*")):
+        powers[name] = powers.get(name, 0) + int(power or 1)
+    raised = (
+        Markup("{}<sup>{}</sup>" if power != 1 else "{}").format(_factor(f), power) for f, power in powers.items()
+    )
+    return Markup(" ").join(raised)
 
 
 def _factor(name: str) -> Markup:
-    function, _, inner = name.rpartition("(")
-    bare = inner.rstrip(")")
-    stem, dotted = bare.removesuffix("dot"), bare.endswith("dot")
-    if len(bare) == 2 and bare[0] == "d":
-        shown = Markup("δ<sub>{}</sub>").format(bare[1])
-    elif "_" in bare:
-        shown = Markup("{}<sub>{}</sub>").format(*bare.split("_", 1))
-    else:
-        shown = Markup("<i>{}</i>").format(unicodedata.normalize("NFC", _GREEK.get(stem, stem) + "\u0307" * dotted))
+    function, _, inner = name.rstrip(")").rpartition("(")
+    letter, _, index = (f"δ_{inner[1]}" if len(inner) == 2 and inner[0] == "d" else inner).partition("_")
+    stem = letter.removesuffix("dot")
+    letter = unicodedata.normalize("NFC", _GREEK.get(stem, stem) + "\u0307" * (stem != letter))
+    shown = Markup("<i>{}</i><sub>{}</sub>" if index else "<i>{}</i>").format(letter, index)
     return Markup({"abs": "|{}|", "": "{}"}.get(function, "sgn({})")).format(shown)
 
 

@@ -19,6 +19,7 @@ from bayesub.report.markdown import table
 from bayesub.report.plots.style import Equations
 
 HEADS = ("regressor", "prior", "posterior", "90 % interval", "sd / prior sd")
+_SMALL = 0.1  # of coefficients that share a power of ten
 _PLAIN = range(-2, 4)  # powers of ten of numbers that are written without one
 _FACTOR = re.compile(r"(?:(abs|sgn)\((\w+)\)|(\w+?))(?:\^(-?\d+))?")
 
@@ -46,54 +47,44 @@ def columns(numbers: Mapping[str, Any], word: str) -> list[Column]:
 
     Small non-dimensional coefficients have one power of ten for all, which the heads tell.
     """
-    rows = numbers["parameters"] + numbers["nuisance"]
-    largest = max((abs(row["mean"]) for row in numbers["parameters"] if not row["unit"]), default=1.0)
-    power = 0 if any(row["unit"] for row in numbers["parameters"]) or not 0.0 < largest < 0.1 else 3
-    factors = [10.0**power] * len(numbers["parameters"]) + [1.0] * len(numbers["nuisance"])
-    times = f" × 10{words.powers(f'^{power}')}" if power else ""
-    si = [(row["mean"] * row["si_factor"], row["sd"] * row["si_factor"]) for row in numbers["parameters"]]
-    terms = zip(numbers["glossary"], numbers["parameters"], strict=True)
-
-    def each(form: str, key: str, factor: float = 1.0) -> list[str]:
-        return [form.format(factor * row[key]) if key in row else "" for row in rows]
+    own, rows = numbers["parameters"], numbers["parameters"] + numbers["nuisance"]
+    small = not any(row["unit"] for row in own) and max((abs(row["mean"]) for row in own), default=1.0) < _SMALL
+    factors = [1e3 if small else 1.0] * len(own) + [1.0] * len(numbers["nuisance"])
+    times = " × 10³" if small else ""
 
     def digits(key: str, sd: str = "sd", by: Callable[[float, float], str] = words.rounded) -> list[str]:
         return [by(f * row[key], f * row[sd]) for row, f in zip(rows, factors, strict=True)]
 
-    result = [
+    def each(form: str, key: str) -> list[str]:
+        return [form.format(row[key]) for row in rows]
+
+    si = [(row["mean"] * row["si_factor"], row["sd"] * row["si_factor"]) for row in own]
+    in_si = [f"{words.uncertain(*pair)} {row['si_unit']}" for pair, row in zip(si, own, strict=True)]
+    multiplies, meanings = [], []
+    for term, row in zip(numbers["glossary"], own, strict=True):
+        factor = "" if row["unit"] else f"{words.powers(term['factor'])} · "
+        multiplies.append(Markup("{}{}").format(factor, page.product(term["regressor"])))
+        meanings.append(term["meaning"])
+    return [
         Column("value", f"mean ± sd{times}", digits("mean", by=words.uncertain)),
-        Column("value", "sd / mean (%)", each("{:.2g}", "relative_sd", 100.0)),
+        Column("value", "sd / mean (%)", [f"{100.0 * row['relative_sd']:.2g}" for row in own]),
         Column("value", f"5 %{times}", digits("q5")),
         Column("value", f"95 %{times}", digits("q95")),
-        Column(
-            "si",
-            "in SI units",
-            [f"{words.uncertain(*ends)} {row['si_unit']}" for ends, row in zip(si, rows, strict=False)],
-            [mean for mean, _ in si],
-        ),
-        Column(
-            "si",
-            "multiplies",
-            [
-                (Markup("") if row["unit"] else Markup("{} · ").format(words.powers(term["factor"])))
-                + page.product(term["regressor"])
-                for term, row in terms
-            ],
-        ),
+        Column("si", "in SI units", in_si, [mean for mean, _ in si]),
+        Column("si", "multiplies", multiplies),
         Column("prior", f"{word}{times}", digits("reference")),
         Column("prior", f"prior mean ± sd{times}", digits("prior_mean", "prior_sd", words.uncertain)),
         Column("prior", "sensitivity to the prior", each("{:.2f}", "prior_sensitivity")),
         Column("prior", "to the data", each("{:.2f}", "likelihood_sensitivity")),
-    ]
-    result += [
         Column("others", f"sd{times}", digits("sd")),
         Column("others", f"sd, all others known{times}", digits("conditional_sd", "conditional_sd")),
         Column("others", "gain, times", [words.cell(run_numbers.gain(row), 2) for row in rows]),
+        Column("sampling", "R-hat", each("{:.4f}", "rhat")),
+        Column("sampling", "bulk ESS", each("{:.0f}", "bulk_ess")),
+        Column("sampling", "tail ESS", each("{:.0f}", "tail_ess")),
+        Column("sampling", "tau (steps)", each("{:.0f}", "tau_steps")),
+        Column("meaning", "meaning", meanings),
     ]
-    forms = {"R-hat": ("rhat", "{:.4f}"), "bulk ESS": ("bulk_ess", "{:.0f}"), "tail ESS": ("tail_ess", "{:.0f}")}
-    forms |= {"tau (steps)": ("tau_steps", "{:.0f}")}
-    result += [Column("sampling", head, each(form, key)) for head, (key, form) in forms.items()]
-    return [*result, Column("meaning", "meaning", [term["meaning"] for term in numbers["glossary"]])]
 
 
 def markdown(posterior: Posterior, equations: Equations) -> str:

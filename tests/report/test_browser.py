@@ -109,7 +109,7 @@ def test_the_page_may_ask_for_nothing_and_who_asks_is_seen(page, browser, tmp_pa
 
 
 def test_the_table_of_coefficients_sorts_shows_a_group_of_columns_and_is_searched(page, run):
-    """What the trial narrows most comes first; the search hides rows of this table and leaves those where nothing is found."""
+    """What the trial narrows most comes first; the search of the page hides the other rows."""
     contraction = {row["name"]: f"{row['contraction']:.3f}" for row in run[1]["parameters"] + run[1]["nuisance"]}
     table = "#coefficients-table"
     names = [text.split()[0] for text in column(page, table, 1)]

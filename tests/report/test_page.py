@@ -44,10 +44,10 @@ def test_every_symbol_of_the_set_is_written_without_latex():
 @pytest.mark.parametrize(
     ("regressor", "text"),
     [
-        ("u*u*dr*dr", "<i>u</i><sup>2</sup> δ<sub>r</sub><sup>2</sup>"),
+        ("u*u*dr*dr", "<i>u</i><sup>2</sup> <i>δ</i><sub>r</sub><sup>2</sup>"),
         ("sgn(v)*nu*abs(r)", "sgn(<i>v</i>) <i>ν</i> |<i>r</i>|"),
         ("rdot", "<i>ṙ</i>"),
-        ("crossflow_y", "crossflow<sub>y</sub>"),
+        ("crossflow_y", "<i>crossflow</i><sub>y</sub>"),
         ("<b>*u", "<i>&lt;b&gt;</i> <i>u</i>"),
         ("v*abs(v)^2", "<i>v</i> |<i>v</i>|<sup>2</sup>"),
     ],

@@ -283,7 +283,7 @@ def test_every_table_sorts_and_scrolls_by_itself(page):
 
 
 def test_one_table_has_a_row_for_each_parameter_and_all_that_is_said_of_it(numbers, page):
-    """What the trial narrows most comes first, parameters that are no coefficients last; other tables have no rows of them."""
+    """What the trial narrows most comes first, parameters that are no coefficients come last."""
     rows = sorted(numbers["parameters"], key=lambda row: row["contraction"]) + numbers["nuisance"]
     assert re.findall(r'<tr id="row-([^"]+)"', page) == [row["name"] for row in rows]
     (table,) = re.findall(r'id="coefficients-table">(.*?)</table>', page, re.DOTALL)
@@ -313,10 +313,10 @@ def test_small_coefficients_share_a_power_of_ten_and_others_have_their_unit():
     small, large = cells({}), cells({"unit": "kg/m"})
     assert small["mean ± sd × 10³"] == "-0.99986 ± 0.00090"
     assert small["95 % × 10³"] == "-0.99837"
-    assert small["multiplies"] == "(ρ/2) l² · <i>u</i><sup>2</sup> δ<sub>r</sub><sup>2</sup>"
+    assert small["multiplies"] == "(ρ/2) l² · <i>u</i><sup>2</sup> <i>δ</i><sub>r</sub><sup>2</sup>"
     assert (small["sd, all others known × 10³"], small["gain, times"]) == ("0.0000090", "100")
     assert large["mean ± sd"] == "-0.00099986 ± 0.00000090"
-    assert large["multiplies"] == "<i>u</i><sup>2</sup> δ<sub>r</sub><sup>2</sup>"
+    assert large["multiplies"] == "<i>u</i><sup>2</sup> <i>δ</i><sub>r</sub><sup>2</sup>"
 
 
 def test_a_misfit_leads_the_page_and_takes_the_answer_away(numbers):

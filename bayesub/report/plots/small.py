@@ -40,7 +40,7 @@ def draw_forest(
     """50 and 90 % of prior and posterior of some coefficients as ratios to `reference` (n_coefficients,)."""
     n = len(reference)
     rows = chosen(posterior.contraction[:n])
-    before, after = ([of(p) for p in QUANTILES] for of in (prior.quantiles, posterior.quantiles))
+    before, after = [prior.quantiles(p) for p in QUANTILES], posterior.quantiles(QUANTILES)
     with style.figure(path, *_SIZE) as figure:
         axis = figure.subplots()
         y = np.arange(len(rows)) + (np.arange(len(rows)) >= BEST) * 0.6 * (len(rows) < n)
@@ -56,12 +56,17 @@ def draw_forest(
 
 
 def draw_pair(path: Paths, draws: np.ndarray, prior: np.ndarray, names: Sequence[str], word: str) -> None:
-    """Draws (n, 2) of two coefficients as ratios, and what holds 90 % of their prior, of which `prior` (2, 2) are the
-    5 and 95 % quantiles of each."""
+    """Draws (n, 2) of two coefficients as ratios, and the ellipse that holds 90 % of their prior.
+
+    `prior`: (2, 2) the 5 and 95 % quantiles of each; `word`: what ratios refer to.
+    """
     with style.figure(path, *_SIZE) as figure:
         axis = figure.subplots()
-        middle, half = prior.mean(axis=1), 0.5 * _WIDER * np.ptp(prior, axis=1)
-        axis.plot(middle[0] + half[0] * np.cos(_ANGLES), middle[1] + half[1] * np.sin(_ANGLES), **style.PRIOR_LINE)
+        circle = np.array([np.cos(_ANGLES), np.sin(_ANGLES)]) * _WIDER
+        axis.plot(
+            *(prior.mean(axis=1, keepdims=True) + 0.5 * np.ptp(prior, axis=1, keepdims=True) * circle),
+            **style.PRIOR_LINE,
+        )
         corner.contours(axis, draws[:: -(-len(draws) // corner.DRAWS)])
         axis.plot([1.0], [1.0], "+", ms=9, mew=1.2, color=style.TRUTH)
         axis.set_aspect("equal", adjustable="datalim")
