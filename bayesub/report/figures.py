@@ -109,8 +109,8 @@ def _ranks(sample, equations) -> ReportFigure:
         "ranks",
         f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
         "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"Of all bars of {len(sample.names)} parameters and {len(sample.chain)} ensembles "
-        f"{100 * convergence.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
+        f"In all, {100 * convergence.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
         partial(convergence.draw_ranks, posterior=sample, equations=equations),
     )
 
@@ -235,8 +235,8 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     parts = [
         f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
         f"from the prior. Above, a row a quantity, each on its own scale from 5 to 95 % of the prior; black: the "
-        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial tells, even where it does not tell "
-        "the coefficients. "
+        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial determines, also where it does not "
+        "determine the coefficients. "
     ]
     if boats.spiral is not None:
         parts.append(
