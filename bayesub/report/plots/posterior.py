@@ -69,7 +69,7 @@ def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray,
             image = _draw_map(panel, some, correlation[np.ix_(members, members)], equations)
         for panel in panels[len(shown) :]:
             panel.set_visible(False)
-        figure.colorbar(image, ax=[*panels], shrink=0.6, aspect=35, pad=0.02, label="posterior correlation")
+        figure.colorbar(image, ax=[*panels], shrink=0.6, pad=0.02, label="posterior correlation")
 
 
 def _draw_map(axis, names, correlation, equations) -> AxesImage:
