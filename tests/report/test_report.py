@@ -214,7 +214,7 @@ def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
     caption = captions_of(results)["ranks"]
     assert f"mix worst, {worst} (R-hat {sample.rhat.max():.4f})" in caption
     assert 100 * ranks.outside(sample) < 2.0
-    assert f"{100 * ranks.outside(sample):.2g} % are beyond" in caption
+    assert f"{100 * ranks.outside(sample):.2g} % of the bars" in caption
     moved = sample.chain + sample.sd * np.array([2.0, 0.0, 0.0, 0.0])[:, None, None, None]
     assert ranks.outside(dataclasses.replace(sample, chain=moved)) > 0.3
 
