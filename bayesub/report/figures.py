@@ -228,8 +228,8 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     parts = [
         f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
         f"from the prior. Above, a row a quantity, each on its own scale from 5 to 95 % of the prior; black: the "
-        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial determines, even where it does not "
-        "determine the coefficients. "
+        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial determines, even where it does "
+        "not determine the coefficients. "
     ]
     if boats.spiral is not None:
         parts.append(
