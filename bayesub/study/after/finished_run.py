@@ -1,5 +1,6 @@
 """A finished run, as other commands take it up: its study, posterior and estimates read back, its page made again."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,13 +11,14 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.quantities import replayed
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.provenance import COMPUTED, copy_name
 from bayesub.study.run import script
 from bayesub.study.run.infer import DERIVED, ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
 from bayesub.study.run.prepare import Setup, prepare
-from bayesub.study.run.result import StudyResult, load_result
+from bayesub.study.run.result import NUMBERS, StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
 from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
@@ -42,9 +44,16 @@ class FinishedRun:
         """On the run as its folder is now (:data:`bayesub.findings.verdicts.STATUS`)."""
         return self.judged if self.posterior.converged else worst([self.judged, NOT_CONVERGED])
 
+    @cached_property
+    def rows(self) -> list[dict]:
+        """The numbers of each parameter, as its report has them; none if that is not there."""
+        file = self.folder / NUMBERS
+        numbers = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        return [*numbers.get("parameters", []), *numbers.get("nuisance", [])]
+
     @property
     def doubt(self) -> str:
-        """What is wrong with the run, by its verdict; empty if nothing."""
+        """Why the run is in doubt, by its verdict; empty if it is not."""
         reasons = self.posterior.shortcomings if self.verdict == NOT_CONVERGED else ()
         return in_words(self.verdict, reasons) if STATUS[self.verdict] else ""
 
@@ -55,7 +64,7 @@ class FinishedRun:
 
     @property
     def files(self) -> dict[str, Path]:
-        """What a prediction by this run depends on: name -> file."""
+        """Name -> file that a prediction by this run depends on."""
         return {f"{self.folder}/{name}": self.folder / name for name in (CONFIG, POSTERIOR, ESTIMATES)}
 
     def setup(self, checks: Sequence[CheckSection] = ()) -> Setup:
@@ -123,7 +132,12 @@ def saved_study(folder: Path, config: dict) -> Study:
 
 
 def redraw(
-    folder: str | Path, *, study: str | Path | None = None, run_code: bool = False, pdf: bool = False
+    folder: str | Path,
+    *,
+    study: str | Path | None = None,
+    run_code: bool = False,
+    pdf: bool = False,
+    progress: Progress = SILENT,
 ) -> StudyResult:
     """Draw figures and report of a finished run again; the folder may have been copied from elsewhere.
 
@@ -145,14 +159,14 @@ def redraw(
     elif study is not None:
         raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
     else:
-        result = _redraw(folder, config, pdf, run_code=run_code)
+        result = _redraw(folder, config, RunContext(folder, pdf, progress, commit=config["commit"]), run_code=run_code)
     if (saved := load_result(folder)) is not None:
         result = replace(result, seconds=saved.seconds)
         result.save()
     return result
 
 
-def _redraw(folder: Path, config: dict, pdf: bool, *, run_code: bool) -> StudyResult:
+def _redraw(folder: Path, config: dict, context: RunContext, *, run_code: bool) -> StudyResult:
     """The report of a study in TOML."""
     if not (folder / "numbers.json").exists():
         text = f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume"
@@ -169,7 +183,6 @@ def _redraw(folder: Path, config: dict, pdf: bool, *, run_code: bool) -> StudyRe
     posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)
     seconds = read_back(folder / "numbers.json", lambda numbers: numbers["seconds"])
     check = read_back(folder / CROSS_CHECK, CrossCheck.from_json) if (folder / CROSS_CHECK).exists() else None
-    context = RunContext(folder, pdf, commit=config["commit"])
     kept = folder / DERIVED
     setup = prepare(study, run_code=run_code and not kept.exists())
     if setup.quantities and not run_code and not kept.exists():
