@@ -54,10 +54,11 @@ def end(verdict: str) -> None:
 
 def _rows(glance: Mapping[str, Any], *, good: bool) -> Iterator[tuple[str, str]]:
     """Label and words of each line; of an answer that is not to be used, what is wrong in place of the answer."""
-    bad = [mark for mark in glance["marks"] if mark["good"] is False]
-    passed = [mark for mark in glance["marks"] if mark["good"]]
-    words = (f"{mark['word']} ({mark['text']})" if mark["topic"] == "sampling" else mark["word"] for mark in passed)
-    yield "checks", ", ".join(words)
+    marks = glance["marks"]
+    bad = [mark for mark in marks if mark["good"] is False]
+    words = {True: "{word}", None: "{topic} {word}"}  # of those that are passed, and of those that were not tried
+    others = [("{word} ({text})" if m["topic"] == "sampling" else words[m["good"]], m) for m in marks if m not in bad]
+    yield "checks", ", ".join(form.format(**mark) for form, mark in others)
     for mark in bad:
         text = re.sub(r" \([^()]*\)", "", mark["text"])  # numbers in brackets are in the report
         room = (width() - _GAP) * max(1, _BAD_LINES // len(bad)) - 10

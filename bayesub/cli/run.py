@@ -69,8 +69,7 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
         again = ["bayesub", "run", str(source), "-o", folder, *words, *([] if source.is_dir() else ["--resume"])]
         complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     if as_json:
-        glances = [{"glance": result.numbers.get("glance")} for result in results]
-        found = [result.to_json() | glance for result, glance in zip(results, glances, strict=True)]
+        found = [result.to_json() | {"glance": result.numbers.get("glance")} for result in results]
         click.echo(json.dumps(found, indent=2))
     end(worst(result.verdict for result in results))
 

@@ -35,7 +35,7 @@ def by_minute(judge: Judge, manoeuvre: Manoeuvre, minutes: Iterable[float]) -> d
 
 
 def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, SensorWorth]:
-    """Channel -> what the trial tells without it, and by it alone."""
+    """Channel -> what the trial determines without it, and by it alone."""
     sensed = _sensed(judge, manoeuvre)
     worth = {}
     for channel, rows in sensed.rows.items():
@@ -48,7 +48,7 @@ def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, SensorWorth]:
 def further_sensors(
     judge: Judge, manoeuvre: Manoeuvre, extra: Mapping[str, Sensor | Iterable[Sensor]]
 ) -> dict[str, Information]:
-    """Name -> what the trial tells with one more sensor, or instrument, in place of those that read the same."""
+    """Name -> what the trial determines with one more sensor, or instrument, in place of those that read the same."""
     step = judge.step_s or judge.accurate_step(manoeuvre)
     worth = {}
     for name, sensors in extra.items():

@@ -88,7 +88,7 @@ def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float
 
 
 def rank_lines(trajectory: Trajectory) -> list[str]:
-    """Which zeros of actuators a motion hardly tells from steady coefficients, a line each."""
+    """Which zeros of actuators a motion hardly distinguishes from steady coefficients, a line each."""
     simulator, lines = trajectory.simulator, []
     for parameter in biases(simulator.vehicle, simulator.subproblem):
         changes, rest = equivalents(trajectory, parameter)

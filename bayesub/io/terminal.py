@@ -60,6 +60,7 @@ def aligned(rows: Iterable[Sequence[str]], indent: str = "  ") -> list[str]:
         head = indent + "".join(f"{cell:<{size}}  " for cell, size in zip(cells, widths, strict=True))
         hang = " " * len(head) if cells else f"{indent}  "
         wrapper = textwrap.TextWrapper(max(width(), len(head) + 20), head, hang, break_long_words=False)
+        wrapper.break_on_hyphens = False
         lines += [line.rstrip() for line in wrapper.wrap(last) or [head]]
     return lines
 

@@ -32,11 +32,6 @@ from bayesub.report.plots.style import Paths
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
-BASELINES = {
-    "SQP": "Orange: SQP{fit}. ",
-    "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
-    "along null directions{fit}. ",
-}
 MARKS = (("o", style.SQP), ("X", style.LINEAR), ("s", style.WEAK))  # of baselines, searches first
 
 
@@ -44,7 +39,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     """The figures of a report, in no order that matters: the page says where each stands.
 
     `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are;
-    `baselines`: numbers of the baselines, for what the captions say of them.
+    `baselines`: numbers of the baselines.
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, prior = problem.equations, results.prior_of_others
@@ -54,10 +49,8 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior.{scale} Blue: "
-        "50 and 90 % of the posterior. "
-        + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
-        + _untouched(sample.contraction[:n]),
+        f"Coefficients as ratios to the {word}, those that the trial narrows most first. "
+        f"{_untouched(sample.contraction[:n])}{scale}",
         lambda path: coefficients.draw(path, sample, prior, reference[:n], found, word, equations, wide=wide),
     )
     yield from _small(results, reference[:n], word)
@@ -109,8 +102,8 @@ def _ranks(sample, equations) -> ReportFigure:
         "ranks",
         f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
         "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"Of all bars of {len(sample.names)} parameters and {len(sample.chain)} ensembles "
-        f"{100 * convergence.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
+        f"In all, {100 * convergence.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
         partial(convergence.draw_ranks, posterior=sample, equations=equations),
     )
 
@@ -167,7 +160,7 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
 def _directions(results, found) -> ReportFigure:
     """Each direction of the spectrum, with what the posterior knows along it and what solutions do."""
     spectrum, sample = results.spectrum, results.summary
-    before, coordinates = results.null_sds[1], spectrum.coordinates
+    before, coordinates = results.null_sds, spectrum.coordinates
 
     def along(values):
         return (values - sample.mean) / spectrum.prior_sd @ coordinates.T / before
@@ -235,8 +228,8 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     parts = [
         f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
         f"from the prior. Above, a row a quantity, each on its own scale from 5 to 95 % of the prior; black: the "
-        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial tells, even where it does not tell "
-        "the coefficients. "
+        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial determines, even where it does "
+        "not determine the coefficients. "
     ]
     if boats.spiral is not None:
         parts.append(
@@ -261,13 +254,6 @@ def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) ->
         if row["width_ratio"] is not None
     ]
     derived_plot.draw(path, rows, boats.spiral, boats.roots, word)
-
-
-def _fit(baseline: dict) -> str:
-    """How many solutions of a baseline fit the readings, as the end of a phrase."""
-    chi_squares = baseline["chi_square_per_reading"]
-    ends = " to ".join(dict.fromkeys((f"{min(chi_squares):.3g}", f"{max(chi_squares):.3g}")))
-    return f", {_how_many(np.array(chi_squares) < FITS)} (chi-square per reading {ends})"
 
 
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
@@ -328,8 +314,8 @@ def fan_figure(
     words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
-        f"The trial {f'{name} ' if name else ''}by draws of the prior (grey) and of the posterior (blue): {TRACKS} "
-        f"tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
+        f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
+        f"{TRACKS} tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )

@@ -17,7 +17,7 @@ from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.io.words import markdown, rounded, uncertain
+from bayesub.io.words import markdown
 from bayesub.report import page as pages
 from bayesub.report import widgets
 from bayesub.report.figures import figures
@@ -146,19 +146,14 @@ def markdown_page(
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
     topics += "others_known trade_offs normality sqp"
-    rows = [
-        (
-            f"`{row['name']}`",
-            rounded(row["reference"], row["sd"]),
-            uncertain(row["prior_mean"], row["prior_sd"]),
-            uncertain(row["mean"], row["sd"]),
-            f"{row['contraction']:.2g}",
-            row["hangs_on"],
-        )
-        for row in numbers["parameters"] + numbers["nuisance"]
-    ]
     word, vehicle = reference_word(numbers), markdown(numbers["vehicle"])
-    heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "depends on")
+    wanted = ("mean ± sd", word, "prior mean ± sd", "sd, all others known")
+    shown = [column for column in columns(numbers, word) if column.head.partition(" ×")[0] in wanted]
+    rows = [
+        (f"`{row['name']}`", *(column.cells[k] for column in shown), f"{row['contraction']:.2g}")
+        for k, row in enumerate(numbers["parameters"] + numbers["nuisance"])
+    ]
+    heads = ("name", *(column.head for column in shown), "posterior / prior sd")
     page = StudyPage(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {vehicle}?",

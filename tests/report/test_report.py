@@ -207,6 +207,15 @@ def test_captions_say_what_the_data_say(results, numbers):
     assert f"{most} {cell(gains[most], 2)}" in numbers["verdict"]["others_known"]
 
 
+def test_a_solution_at_a_bound_of_the_search_is_named(results):
+    """Three quarters of the guess off, on either side; what is nearer is inside."""
+    problem, guess = results.problem, results.problem.prior.guess[: len(FREE)]
+    solutions = guess * np.array([[1.0, 1.75, 1.0, 0.25, 1.7], [1.0] * len(FREE)])
+    (search,) = results.estimates
+    search = dataclasses.replace(search, names=FREE, solutions=solutions, costs=np.zeros(2))
+    assert run_numbers._baseline(problem, search)["at_bounds"] == [["Yuv", "Nur"], []]
+
+
 def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
     """By draws of a Laplace approximation, which are independent, about 1 %; with one ensemble moved, many more."""
     sample = results.summary
@@ -214,7 +223,7 @@ def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
     caption = captions_of(results)["ranks"]
     assert f"mix worst, {worst} (R-hat {sample.rhat.max():.4f})" in caption
     assert 100 * ranks.outside(sample) < 2.0
-    assert f"{100 * ranks.outside(sample):.2g} % are beyond" in caption
+    assert f"{100 * ranks.outside(sample):.2g} % of the bars" in caption
     moved = sample.chain + sample.sd * np.array([2.0, 0.0, 0.0, 0.0])[:, None, None, None]
     assert ranks.outside(dataclasses.replace(sample, chain=moved)) > 0.3
 

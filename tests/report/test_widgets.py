@@ -12,7 +12,7 @@ from bayesub.findings.results import Results, numbers_of
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
 from bayesub.report import report, widgets
-from bayesub.report.figures import figures
+from bayesub.report.figures import _found, figures
 
 
 def unpacked(packed):
@@ -88,16 +88,12 @@ def captions_of(results, baselines=()):
     return {f.name: f.caption for f in figures(results, results.problem.reference, "truth", baselines)}
 
 
-def test_a_caption_counts_the_tracks_that_are_drawn_and_the_searches_that_fit(results, content):
+def test_a_caption_counts_the_tracks_that_are_drawn_and_a_legend_the_searches_that_fit(results, content):
     (trial,) = content["trials"]
     assert f"{len(trial['path']['draws'])} tracks each" in captions_of(results)["fan"]
-    for fits, words in (
-        ((70.6, 70.61), "SQP, none fits (chi-square per reading 70.6)."),
-        ((1.0, 1.1), "SQP, all fit (chi-square per reading 1 to 1.1)."),
-        ((1.0, 3.0), "SQP, 1 fit (chi-square per reading 1 to 3)."),
-    ):
+    for fits, words in (((70.6, 70.61), "none fits"), ((1.0, 1.1), "all fit"), ((1.0, 3.0), "1 fit")):
         sqp = {"method": "SQP", "chi_square_per_reading": fits, "at_bounds": [[], []]}
-        assert words in captions_of(results, [sqp])["coefficients"]
+        assert _found(results, [sqp])[0].label == f"SQP, 2 starts: {words}"
 
 
 def test_intervals_are_those_of_the_numbers(results, numbers, content):

@@ -7,6 +7,7 @@ and to render.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -121,7 +122,8 @@ def draw_pairs(
             panel.grid(visible=False)
         for panel in panels.flat[len(pairs) :]:
             panel.set_visible(False)
-        style.legend_above(figure, _handles(found, beyond, word))
+        shown = [replace(one, good=one.good[:, np.unique(pairs)]) for one in found]
+        style.legend_above(figure, _handles(shown, beyond, word))
 
 
 def draw(
@@ -145,6 +147,7 @@ def draw(
     def ratio(values):
         return ratios(values, reference, prior)[..., chosen]
 
+    found = [replace(one, good=one.good[:, chosen]) for one in found]
     draws = ratio(posterior.draws)
     correlation, draws = _correlation(draws), draws[:: -(-len(draws) // DRAWS)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
@@ -183,7 +186,7 @@ def draw(
         _draw_correlations(axis, correlation)
         _draw_reference(axis, (1.0 - low) / (high - low))
         for one in found:
-            points, good = place(one.values), one.good[:, chosen]
+            points, good = place(one.values), one.good
             at = np.stack([columns, rows])[:, None].repeat(len(points), axis=1)
             _draw_points(axis, one, points[:, columns], points[:, rows], good[:, columns] & good[:, rows], at)
         _frame(axis, low, high, names, titles)
@@ -213,7 +216,7 @@ def contours(axis: Axes, points: np.ndarray) -> None:
     factor = np.array([[1.0, 0.0], [rho, max(np.sqrt(max(1.0 - rho**2, 0.0)), 1e-6)]])
     own = np.linalg.solve(factor, scaled.T)
     edges = np.linspace(-_CLOUD, _CLOUD, _CELLS + 1)
-    density = ndimage.gaussian_filter(np.histogram2d(*own, (edges, edges))[0], _SMOOTHING)
+    density = ndimage.gaussian_filter(np.histogram2d(own[0], own[1], [edges, edges])[0], _SMOOTHING)
     ordered = np.sort(density.ravel())[::-1]
     levels = [ordered[np.searchsorted(np.cumsum(ordered), share * ordered.sum())] for share in SHARES[::-1]]
     middles = 0.5 * (edges[1:] + edges[:-1])

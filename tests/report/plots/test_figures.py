@@ -242,7 +242,7 @@ def test_tracks(tmp_path, drawings, spiral_track):
     states = np.repeat(spiral_track.states[:, ::10], 3, axis=0)
     readings = np.concatenate([channel.values for channel in record.channels])
     paths = [tmp_path / "figure.png", tmp_path / "figure.pdf"]
-    after = readings + np.zeros((4, n))
+    after = np.repeat(readings[None], 4, axis=0)
     before = readings * RNG.uniform(0.5, 1.5, (20, 1))
     prediction.draw_fan(paths, record.channels, before, after, (1.1 * states, states))
     check(drawings, tmp_path, ("east (m)", "north (m)", "yaw (deg)", "time (s)"))
