@@ -14,18 +14,24 @@ from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import coefficients, convergence, corner, fit, ladders, posterior, prediction, style, track
+from bayesub.report.plots import (
+    coefficients,
+    convergence,
+    corner,
+    fit,
+    ladders,
+    posterior,
+    prediction,
+    small,
+    style,
+    track,
+)
 from bayesub.report.plots import derived as derived_plot
 from bayesub.report.plots.coefficients import Found, labels
 from bayesub.report.plots.style import Paths
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
-BASELINES = {
-    "SQP": "Orange: SQP{fit}. ",
-    "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
-    "along null directions{fit}. ",
-}
 MARKS = (("o", style.SQP), ("X", style.LINEAR), ("s", style.WEAK))  # of baselines, searches first
 
 
@@ -33,7 +39,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     """The figures of a report, in no order that matters: the page says where each stands.
 
     `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are;
-    `baselines`: numbers of the baselines, for what the captions say of them.
+    `baselines`: numbers of the baselines.
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, prior = problem.equations, results.prior_of_others
@@ -43,17 +49,14 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior.{scale} Blue: "
-        "50 and 90 % of the posterior. "
-        + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
-        + _untouched(sample.contraction[:n]),
+        f"Coefficients as ratios to the {word}, those that the trial narrows most first. "
+        f"{_untouched(sample.contraction[:n])}{scale}",
         lambda path: coefficients.draw(path, sample, prior, reference[:n], found, word, equations, wide=wide),
     )
-    for trial in problem.each_trial(results.draws):
-        yield track_figure(*trial, synthetic=word == "truth")
+    yield from _small(results, reference[:n], word)
     both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
-    for (name, part, before), (*_, after) in both:
-        yield from fan_figure(name, part, before, after)
+    for k, ((name, part, before), (*_, after)) in enumerate(both):
+        yield from fan_figure(name, part, before, after, is_first=k == 0)
     for forces in results.forces:
         yield disturbance_figure(forces)
     yield from _ill_conditioning(results, reference, word, found)
@@ -99,8 +102,8 @@ def _ranks(sample, equations) -> ReportFigure:
         "ranks",
         f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
         "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"Of all bars of {len(sample.names)} parameters and {len(sample.chain)} ensembles "
-        f"{100 * convergence.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
+        f"In all, {100 * convergence.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
         partial(convergence.draw_ranks, posterior=sample, equations=equations),
     )
 
@@ -225,8 +228,8 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     parts = [
         f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
         f"from the prior. Above, a row a quantity, each on its own scale from 5 to 95 % of the prior; black: the "
-        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial tells, even where it does not tell "
-        "the coefficients. "
+        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial determines, even where it does "
+        "not determine the coefficients. "
     ]
     if boats.spiral is not None:
         parts.append(
@@ -253,15 +256,8 @@ def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) ->
     derived_plot.draw(path, rows, boats.spiral, boats.roots, word)
 
 
-def _fit(baseline: dict) -> str:
-    """How many solutions of a baseline fit the readings, as the end of a phrase."""
-    chi_squares = baseline["chi_square_per_reading"]
-    ends = " to ".join(dict.fromkeys((f"{min(chi_squares):.3g}", f"{max(chi_squares):.3g}")))
-    return f", {_how_many(np.array(chi_squares) < FITS)} (chi-square per reading {ends})"
-
-
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
-    """What each trial was told to do."""
+    """The orders of each trial."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
     some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
     synthetic = all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))
@@ -269,37 +265,40 @@ def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
     return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
 
 
-def track_figure(name: str, problem: Any, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
-    """The track of a trial of name "" or several."""
-
-    def draw(path):
-        motion = problem.truth() if synthetic else None
-        track.draw(path, problem.record, problem.predicted(draws), problem.motion(draws[:TRACKS]), motion)
-
-    return ReportFigure(
-        f"track_{name}" if name else "track",
-        f"The trial {f'{name} ' if name else ''}and {min(TRACKS, len(draws))} draws from the posterior. On the right "
-        f"the readings minus the posterior mean: pure noise if the model fits. {_band(problem, draws)}",
-        draw,
+def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
+    """Of the first screen: how much narrower the coefficients became, and the strongest trade-off of two."""
+    sample, prior, n = results.summary, results.prior_of_others, len(reference)
+    which = f" The {small.BEST} that narrow most and {small.LEAST} that narrow least."
+    yield ReportFigure(
+        "forest_small",
+        f"90 % of the prior (grey) and of the posterior (blue).{which if n > small.BEST + small.LEAST else ''}",
+        lambda path: small.draw_forest(path, sample, prior, reference, results.problem.equations, word),
+    )
+    if n < 2:
+        return
+    correlation = np.triu(results.correlation[:n, :n], 1)
+    pair = np.unravel_index(np.argmax(np.abs(correlation)), correlation.shape)
+    draws, ends = sample.draws, np.transpose([prior.quantiles(p) for p in coefficients.PRIOR_EDGES])
+    yield ReportFigure(
+        "pair_small",
+        f"The strongest trade-off of two, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior.",
+        lambda path: small.draw_pair(
+            path,
+            coefficients.ratios(draws, reference, prior)[:, pair],
+            np.sort(coefficients.ratios(ends.T, reference, prior)[:, pair].T),
+            coefficients.labels([sample.names[k] for k in pair], results.problem.equations),
+            word,
+        ),
     )
 
 
-def _band(problem, draws: np.ndarray) -> str:
-    """How wide the posterior of the readings is beside their noise, by the channels where it is most and least so."""
-    share = problem.predicted(draws).std(axis=0) / problem.sds
-    ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
-    widths = {c.name: float(np.median(s)) for c, s in zip(problem.record.channels, np.split(share, ends), strict=True)}
-    least, most = min(widths, key=widths.__getitem__), max(widths, key=widths.__getitem__)
-    word = "The blue band is the posterior's own uncertainty of the readings: its sd is"
-    if least == most:
-        return f"{word} {widths[most]:.2g} of that of the noise."
-    return (
-        f"{word} {widths[least]:.2g} ({least}) to {widths[most]:.2g} ({most}) of that of the noise, medians over time."
-    )
+def fan_figure(
+    name: str, problem: Any, before: np.ndarray, after: np.ndarray, *, is_first: bool = False
+) -> Iterator[ReportFigure]:
+    """A trial by draws from before and after it; no figure if most draws of the prior do not complete it.
 
-
-def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
-    """A trial by draws from before and after it; no figure if most draws of the prior do not complete it."""
+    `is_first`: whether its track is on the first screen too.
+    """
     prior, posterior = problem.predicted(before), problem.predicted(after)
     flown = np.isfinite(prior).all(axis=1)
     if 2 * np.count_nonzero(flown) < len(prior):
@@ -315,11 +314,14 @@ def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -
     words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
-        f"The trial {f'{name} ' if name else ''}as the prior foretold it (grey) and as the posterior has it (blue): "
+        f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
         f"{TRACKS} tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
+    if is_first:
+        caption = f"Tracks before (grey) and after the trial{f' {name}' if name else ''} (blue)."
+        yield ReportFigure("fan_small", caption, partial(small.draw_fan, tracks=tracks))
 
 
 def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:

@@ -61,8 +61,8 @@ def directions(shown: Spectrum) -> str:
     """The stiffest, sloppiest and null directions."""
     n = len(shown.names)
     facts = (
-        f"Of {n} directions the data sharpen {shown.n_informed}, leave {n - shown.n_informed - shown.n_null} to the "
-        f"prior, and {shown.n_null} are null."
+        f"Of {n} directions the data determine {shown.n_informed} better than the prior, leave "
+        f"{n - shown.n_informed - shown.n_null} to the prior, and {shown.n_null} are null."
     )
     last = n - shown.n_null
     chosen = {*range(min(DIRECTIONS, last)), *range(max(0, last - DIRECTIONS), n)}

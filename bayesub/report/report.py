@@ -16,11 +16,13 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io.atomic import write_text, writing
-from bayesub.io.words import markdown, powers, rounded, uncertain
+from bayesub.io.terminal import SILENT, Progress
+from bayesub.io.words import markdown
 from bayesub.report import page as pages
 from bayesub.report import widgets
 from bayesub.report.figures import figures
 from bayesub.report.markdown import StudyPage, table
+from bayesub.report.parameter_tables import columns
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class ReportedStudy:
     commit: str | None = None  # of the sources, for the foot of the page
     # What made the run, such as versions and date, for the set-up at the top of the page: title -> text
     origin: Mapping[str, str] = field(default_factory=dict)
+    progress: Progress = SILENT  # who hears which figure is drawn
 
 
 def write_report(
@@ -96,11 +99,12 @@ def write_report(
     folder = Path(folder)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = pages.draw_all(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
+        drawn = list(figures(results, reference, word, numbers["baselines"]))
+        pictures = pages.draw_all(drawn, folder, pdf=pdf, progress=asked.progress)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
-        live = widgets.content(results, numbers, reference, word)
+        live = widgets.content(results, reference, word)
         write_text(folder / "report.html", page(numbers, pictures, asked.commit, live))
-        captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
+        captions = {f"{name}.png": caption for name, (caption, _) in pictures.items() if not name.endswith("_small")}
         write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), asked.commit))
     return numbers
 
@@ -114,7 +118,7 @@ def page(
     `commit`: of the sources, for the foot of the page; `live`: what :func:`bayesub.report.widgets.content` gives,
     without which the page has figures that stand still.
     """
-    text = pages.fill(
+    return pages.fill(
         "report.html",
         pictures,
         numbers=numbers,
@@ -122,14 +126,11 @@ def page(
         widgets=live,
         word=reference_word(numbers),
         interval=derived.in_words,
-        rounded=rounded,
-        uncertain=uncertain,
-        powers=powers,
+        columns=columns(numbers, reference_word(numbers)),
         percent=percent,
         symbol=pages.symbol,
         commit=commit,
     )
-    return pages.with_contents(text)
 
 
 def markdown_page(
@@ -145,19 +146,14 @@ def markdown_page(
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
     topics += "others_known trade_offs normality sqp"
-    rows = [
-        (
-            f"`{row['name']}`",
-            rounded(row["reference"], row["sd"]),
-            uncertain(row["prior_mean"], row["prior_sd"]),
-            uncertain(row["mean"], row["sd"]),
-            f"{row['contraction']:.2g}",
-            row["hangs_on"],
-        )
-        for row in numbers["parameters"] + numbers["nuisance"]
-    ]
     word, vehicle = reference_word(numbers), markdown(numbers["vehicle"])
-    heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "hangs on")
+    wanted = ("mean ± sd", word, "prior mean ± sd", "sd, all others known")
+    shown = [column for column in columns(numbers, word) if column.head.partition(" ×")[0] in wanted]
+    rows = [
+        (f"`{row['name']}`", *(column.cells[k] for column in shown), f"{row['contraction']:.2g}")
+        for k, row in enumerate(numbers["parameters"] + numbers["nuisance"])
+    ]
+    heads = ("name", *(column.head for column in shown), "posterior / prior sd")
     page = StudyPage(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {vehicle}?",

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from bayesub.inference.checks.prediction import Prediction
 from bayesub.io.words import with_unit
@@ -28,7 +29,7 @@ def draw_fan(
     ends = np.cumsum([len(channel.times) for channel in channels])
     with style.figure(path, 9.0, max(3.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic([["track", c.name] for c in channels], width_ratios=[1.0, 1.15])
-        _draw_tracks(axes["track"], *(some[:, :: -(-some.shape[1] // _POINTS)] for some in tracks))
+        draw_tracks(axes["track"], *(some[:, :: -(-some.shape[1] // _POINTS)] for some in tracks))
         last = max(channel.times[-1] for channel in channels)
         for channel, end in zip(channels, ends, strict=True):
             _draw_channel(axes[channel.name], channel, prior, posterior, slice(end - len(channel.times), end))
@@ -58,7 +59,7 @@ def _draw_channel(axis, channel, prior, posterior, part) -> None:
     axis.set_ylabel(label)
 
 
-def _draw_tracks(axis, prior, posterior) -> None:
+def draw_tracks(axis: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
     """From above, or of a straight track from aside."""
     from_aside = np.ptp(posterior[0, :, Y]) <= STRAIGHT * np.ptp(posterior[0, :, X])
     for tracks, colour, width in ((prior, style.PRIOR, 0.8), (posterior, style.POSTERIOR, 1.0)):

@@ -19,8 +19,9 @@ from bayesub.findings.designed_trial import Asked, DesignedTrial, structural
 from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress, duration
+from bayesub.io.words import measured
 from bayesub.logs.log_files import write_log
 from bayesub.model import quantities
 from bayesub.model.manoeuvres import load_manoeuvre
@@ -70,7 +71,7 @@ class Request:
     boats: int = 1
 
     def config(self) -> dict:
-        """What the result depends on."""
+        """The files and settings that the result depends on."""
         return of_request("design", vars(self), self.files)
 
     @property
@@ -239,8 +240,8 @@ def _asked(name: str, judge: Judge) -> Asked:
         raise InputError(f"{what}: it is zero, held, or has no part in the motion", "conflict", "--for")
     if name not in quantities.QUANTITIES:
         valid = (DEFAULT, *OPTIMALITY, *judge.names, *quantities.QUANTITIES)
-        what = f"--for {name}: is no criterion, coefficient or quantity{nearest(name, valid)}"
-        raise InputError(f"{what}; quantities are {', '.join(quantities.QUANTITIES)}", "unknown", "--for")
+        hint = f"quantities are {', '.join(quantities.QUANTITIES)}"
+        check_known(name, valid, f"--for {name}: is no criterion, coefficient or quantity", hint=hint, key="--for")
     quantity = quantities.QUANTITIES[name]
     if reason := quantity.reason(vehicle):
         raise InputError(f"--for {name}: {vehicle.name} has none: {reason}", "conflict", "--for")
@@ -260,12 +261,12 @@ def _sensors(judge: Judge) -> str:
         noise = [f"sd {sensor.sd:g}"] * bool(sensor.sd) + [f"rounded to {sensor.resolution:g}"] * bool(
             sensor.resolution
         )
-        parts.append(f"{sensor.column} {' '.join(noise)} every {sensor.interval_s:g} s")
-    return ", ".join(parts)
+        parts.append(f"{measured(sensor.column, ', '.join(noise))} every {sensor.interval_s:g} s")
+    return "; ".join(parts)
 
 
 def _limits(limits: Limits, request: Request) -> str:
-    parts = [f"{key} {value:.4g}" for key, value in limits.model_dump(exclude_none=True).items()]
+    parts = [measured(key, value) for key, value in limits.model_dump(exclude_none=True).items()]
     return ", ".join(parts) + ("" if request.limits else " (the usual ones, as none are given)")
 
 
