@@ -32,12 +32,13 @@ FIGURES = {
     "cancellation_*": "{}: force errors of a set that SQP stopped at, over time. Terms err far more than their sum "
     "(black).",
     "directions_*": "{}: the stiffest directions, the sloppiest, and the null ones, by their largest entries.",
-    "spectra": "Singular values of all cases: sharper than the prior, left to the prior, and null.",
-    "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a panel a boat. Below the "
+    "spectra": "Singular values of all cases: known better than by the prior, left to the prior, and null.",
+    "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a column a boat. Left of the "
     "dashed line the change costs less than the simulation's own error.",
-    "profiles_*": "{}: rise of -2 log likelihood if one coefficient is held off its best value. What is null stays "
-    "flat however good the sensors; what is sloppy rises with sensors a thousand times better.",
-    "correlation_*": "{}: correlation of the regressors of each axis about zero.",
+    "profiles_*": "{}: rise of -2 log likelihood if one coefficient is held off its best value. What is sloppy crosses "
+    "the lower line, with sensors a thousand times better; what is null stays at round-off however good they are.",
+    "correlation_*": "{}: cosines of the regressors of each axis over time. Two of one shape have 1 or -1: this is of "
+    "the equations along the motion, not of a posterior.",
     "regressors": "Surge regressors against each other on the horizontal manoeuvre: nearly one line (thesis Figure "
     "68).",
 }

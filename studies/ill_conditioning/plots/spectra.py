@@ -50,8 +50,8 @@ def draw_directions(path, spectrum, equations: EquationSet, n_each: int = 3) -> 
                 panel.set_yticks(place, labels(entries, equations), fontsize=8)
                 panel.invert_yaxis()
                 panel.grid(axis="y", visible=False)
-                known = f"data sd = {style.power(1.0 / spectrum.singular_values[i])} prior sd"
-                panel.set_title(f"{word}: " + ("no data" if word == "null" else known), fontsize=8.5)
+                known = f"sd by the data {style.power(1.0 / spectrum.singular_values[i])} of the prior's"
+                panel.set_title(f"{word}: " + ("the data say nothing" if word == "null" else known), fontsize=8.5)
                 panel.tick_params(labelbottom=True)
         panels[0, 0].set_xlim(-1.05, 1.05)
         figure.supxlabel(f"prior standard deviations along the unit direction ({BARS} largest entries)", fontsize=9)

@@ -55,10 +55,6 @@ def draw_calibration(path):
     calibration.draw_ecdf(path, {"Xuu": points, "log likelihood": points}, (points - 0.2, points + 0.2), EQUATIONS)
 
 
-def draw_calibration_histograms(path):
-    calibration.draw_histograms(path, {"Xuu": np.arange(100)}, 99, (2, 9), EQUATIONS)
-
-
 def draw_cancellation(path):
     errors = RNG.standard_normal((len(TIMES), 3))
     parts = {"names": ("Xuu", "Xvr", "Xrr"), "errors": errors, "total": errors.sum(axis=1), "ratio": 3.0}
@@ -157,7 +153,6 @@ def draw_directions(path):
 
 FIGURES = {
     draw_calibration: ("rank of the truth among posterior draws, as a fraction", "ECDF minus uniform"),
-    draw_calibration_histograms: ("rank of the truth among posterior draws, as a fraction", "trials in a bin"),
     draw_cancellation: ("time (s)", "error of X (kN)"),
     draw_coefficients: ("ratio to truth",),
     draw_correlation_of_regressors: ("correlation about zero",),
