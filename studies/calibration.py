@@ -46,9 +46,13 @@ ROUNDED = (
 DEPTH_TRACK = bs.sensors.Track(0.5, 0.1, 5.0, ("x", "y", "z", "roll", "pitch", "yaw"))
 TWELVE = ("Xuu", "Xvr", "Yuv", "Yuu_dr", "Zuw", "Zuu_ds", "Muw", "Muu_ds", "Nuv", "Nur", "Nuu_dr", "Kuv")
 FEW = ("Xuu", "Yuv", "Nuv", "Nuu_dr")
+RANKS = (
+    "ranks of the truth among posterior draws, less the uniform distribution, a panel a coefficient. Within the grey "
+    "band is what a right posterior makes."
+)
 FIGURES = {
-    "ecdf_*": "{}: ranks of the truth among posterior draws, less the uniform distribution, a line a coefficient. "
-    "Within the grey band is what a right posterior makes.",
+    "ecdf_track": f"track: {RANKS}",
+    "ecdf_*": f"{{}}: {RANKS}",
 }
 ANSWER = """
 Intervals of 90 % hold the truth {track/quantities/[A-Z]*/coverage/90 %; mean; percent; .0f} % of the time on

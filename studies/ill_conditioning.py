@@ -28,9 +28,10 @@ QUICK_CASES = (("suboff", "horizontal"),)
 # 1e-9 sd at most, so 1e-18 a reading and 1e-14 over a few thousand.
 FLAT = 1e-12
 CANCELS = 10.0  # an order of magnitude; the thesis has 42 between its largest term and the sum
+CANCELLATION = "force errors of a set that SQP stopped at, over time. Terms err far more than their sum (black)."
 FIGURES = {
-    "cancellation_*": "{}: force errors of a set that SQP stopped at, over time. Terms err far more than their sum "
-    "(black).",
+    "cancellation_suboff_horizontal": f"suboff horizontal: {CANCELLATION}",
+    "cancellation_*": f"{{}}: {CANCELLATION}",
     "directions_*": "{}: the stiffest directions, the sloppiest, and the null ones, by their largest entries.",
     "spectra": "Singular values of all cases: known better than by the prior, left to the prior, and null.",
     "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a column a boat. Left of the "

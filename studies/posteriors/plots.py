@@ -3,6 +3,8 @@
 A case is named ``vehicle manoeuvre``, with more words after that if its posterior has not converged.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.ticker import NullFormatter
 
@@ -14,7 +16,8 @@ from thesis.plots.labels import labels, starred
 
 _ROW = 28  # coefficients a row
 _ROWS = 34  # coefficients below each other
-_FLOOR = 1e-4  # where null directions are drawn, and what is smaller
+_BINS = 14  # of singular values, for medians
+_LINE = 0.055  # of the height of a panel, between labels
 
 
 def draw_coefficients(path, names, quantiles, prior, reference, groups, converged) -> None:
@@ -132,7 +135,7 @@ def draw_correlations(path, correlations: dict) -> None:
 
 
 def draw_scatter(path, cases, groups) -> None:
-    """Scatter along each direction of the Fisher information against its singular value, a panel a case.
+    """Scatter along each direction of the Fisher information against its singular value, all cases in one panel.
 
     Parameters
     ----------
@@ -140,28 +143,41 @@ def draw_scatter(path, cases, groups) -> None:
         group -> standard deviation along each direction (n_params,) in prior sd)
     groups : group -> (label, marker, colour)
     """
-    n_columns = min(3, len(cases))
-    n_rows = -(-len(cases) // n_columns)
-    with style.figure(path, max(6.5, 3.3 * n_columns + 0.4), 2.6 * n_rows + 0.8) as figure:
-        panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=True)
-        for panel, (case, (values, null, scatter)) in zip(panels.flat, cases.items(), strict=False):
-            shown = np.where(null, _FLOOR, np.maximum(values, _FLOOR))
-            for group, (text, marker, colour) in groups.items():
-                size = {"ms": 4, "mec": colour, "mfc": "none", "mew": 0.8}
-                seen = ~null & (values > _FLOOR)
-                panel.loglog(shown[seen], np.maximum(scatter[group], _FLOOR)[seen], marker, label=text, **size)
-                panel.loglog(shown[~seen], np.maximum(scatter[group], _FLOOR)[~seen], "<", **size)
-            axis = np.geomspace(_FLOOR, 1e5, 200)
-            panel.loglog(axis, 1 / np.sqrt(1 + axis**2), color=style.TRUTH, lw=0.9, label="data and prior, linear")
-            panel.axvline(1.0, color=style.TRUTH, lw=0.6, ls=":")
-            panel.axvspan(0.5 * _FLOOR, 2.0 * _FLOOR, color=style.NULL, alpha=0.2, lw=0)
-            panel.set(xlim=(0.5 * _FLOOR, 1e5), ylim=(0.7 * _FLOOR, 10.0))
-            panel.set_title(case, fontsize=9)
-        for panel in panels.flat[len(cases) :]:
-            panel.set_visible(False)
-        figure.supxlabel("singular value, 1 / prior sd; shaded: null or smaller", fontsize=9)
-        figure.supylabel("standard deviation along the direction, prior sd", fontsize=9)
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
+    values, null = (np.concatenate([case[k] for case in cases.values()]) for k in (0, 1))
+    scatter = {group: np.concatenate([case[2][group] for case in cases.values()]) for group in groups}
+    reach = values[~null].min() / 2.0, 2.0 * values.max()
+    edges = np.geomspace(*reach, _BINS + 1)
+    middles = np.sqrt(edges[1:] * edges[:-1])
+    with style.figure(path, 8.0, 4.4) as figure:
+        left, panel = figure.subplots(1, 2, sharey=True, width_ratios=(0.16, 1.0))
+        ends = {}
+        for k, (group, (text, marker, colour)) in enumerate(groups.items()):
+            look = {"ms": 3, "mec": colour, "mfc": "none", "mew": 0.5, "alpha": 0.5}
+            left.semilogy(k + 0.3 * np.linspace(-1, 1, np.count_nonzero(null)), scatter[group][null], marker, **look)
+            panel.loglog(values[~null], scatter[group][~null], marker, **look)
+            some = [scatter[group][~null & (values >= a) & (values < b)] for a, b in pairwise(edges)]
+            middle = np.array([np.median(one) if len(one) else np.nan for one in some])
+            known = np.isfinite(middle)
+            panel.loglog(middles[known], middle[known], color=colour, lw=2.4)
+            ends[text] = middle[known][-1], colour
+        axis = np.geomspace(*reach, 200)
+        line = 1.0 / np.sqrt(1.0 + axis**2)
+        panel.loglog(axis, line, color=style.TRUTH, lw=1.0, ls="--")
+        ends["data and prior, linear"] = line[-1], style.TRUTH
+        panel.axvline(1.0, color=style.TRUTH, lw=0.6, ls=":")
+        panel.text(1.1, 1.0, "the data see", transform=panel.get_xaxis_transform(), va="bottom", fontsize=8)
+        panel.text(0.9, 1.0, "do not see", transform=panel.get_xaxis_transform(), va="bottom", ha="right", fontsize=8)
+        panel.set(xlim=reach, xlabel="singular value of the direction, 1 / prior sd")
+        left.set_xticks([])
+        left.grid(axis="x", visible=False)
+        left.set(xlim=(-0.6, len(groups) - 0.4), xlabel="null\ndirections")
+        left.set_ylabel("standard deviation along the direction, prior sd")
+        low, high = np.log(panel.get_ylim())
+        lowest = -np.inf
+        for text, (value, colour) in sorted(ends.items(), key=lambda item: item[1][0]):
+            lowest = max((np.log(value) - low) / (high - low), lowest + _LINE)
+            look = {"transform": panel.transAxes, "va": "center", "fontsize": 9, "color": colour}
+            panel.text(1.015, lowest, text, **look)
 
 
 def draw_distances(path, cases, groups, measures) -> None:

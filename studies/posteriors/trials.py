@@ -101,6 +101,8 @@ def compare(problem: Problem, posterior: Posterior, sets: dict[str, list]) -> tu
         "reference": problem.reference,
         "prior_mean": problem.prior.mean,
         "prior_sd": problem.prior.sd,
+        "mean": posterior.mean,
+        "sd": posterior.sd,
         "quantiles": posterior.quantiles(QUANTILES),
         "exact": sets["exact"],
         "noisy": sets["noisy"],
