@@ -14,7 +14,7 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import convergence
 from bayesub.inference.checks.discrepancy import Discrepancy
 from bayesub.inference.checks.fit import Criticism, criticise
-from bayesub.inference.identifiability import NullSpace, Spectrum, kept, null_space
+from bayesub.inference.identifiability import NullSpace, Spectrum, conditional_sd, kept, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io import seeds
 from bayesub.model.quantities import Quantity
@@ -83,6 +83,11 @@ class Results:
         """(n_params, n_params) of what is drawn of :attr:`summary`: ratios of coefficients to the reference."""
         return run_numbers.correlation_of_ratios(self.problem, self.summary)
 
+    @cached_property
+    def conditional_sd(self) -> np.ndarray:
+        """(n_params,) of the parameters of :attr:`summary`, each if all others were known."""
+        return conditional_sd(self.problem, self.posterior.draws)
+
     def _random(self, member: int) -> np.random.Generator:
         return seeds.generator(self.seed, seeds.REPORT, member)
 
@@ -139,7 +144,15 @@ class Results:
 def numbers_of(results: Results) -> dict:
     """Every number of a report and its sentences, as JSON types, without those of the study that asked."""
     problem, spectrum, null_space = results.problem, results.spectrum, results.null_space
-    numbers = run_numbers.collect(problem, results.estimates, spectrum, results.posterior, results.summary, null_space)
+    numbers = run_numbers.collect(
+        problem,
+        results.estimates,
+        spectrum,
+        results.posterior,
+        results.summary,
+        null_space,
+        results.conditional_sd,
+    )
     numbers["null_contraction"] = results.null_contraction.tolist()
     numbers["set_up"] = set_up.rows(results.problem)
     numbers["criticism"] = results.criticism.to_json()

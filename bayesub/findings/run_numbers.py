@@ -9,10 +9,11 @@ from bayesub.findings import conflicts, rests_on, set_up, zeros
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
+from bayesub.inference.baselines.sqp import BOUNDS
 from bayesub.inference.checks import normality
 from bayesub.inference.identifiability import NullSpace, Spectrum
 from bayesub.inference.sampling import Posterior
-from bayesub.io.words import counted, listed, rounded
+from bayesub.io.words import cell, counted, listed, rounded
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
 UNTOUCHED = 0.9  # posterior sd relative to the prior sd
@@ -31,11 +32,13 @@ def collect(
     posterior: Posterior,
     summary: Posterior,
     null_space: NullSpace,
+    conditional_sd: np.ndarray,
 ) -> dict:
     """Every number that the report quotes, as JSON types.
 
     `spectrum`: with its null directions last; `summary`: the posterior of all but white coordinates of histories,
-    beside what was known before; `null_space`: that of the spectrum, axis by axis.
+    beside what was known before; `null_space`: that of the spectrum, axis by axis; `conditional_sd`: (n_others,) of
+    each parameter of the summary if all others were known.
     """
     trials: list[dict[str, Any]] = [
         {
@@ -50,7 +53,8 @@ def collect(
     ]
     n = problem.n_coefficients
     dimensional = any(term.unit for term in problem.equations.terms)
-    rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
+    sensitivity = conflicts.power_scaling(problem, posterior, summary.bulk_ess)
+    rows = _parameters(problem, summary, {"conditional_sd": conditional_sd} | sensitivity)
     assert spectrum.values is not None  # of a posterior it has them
     coefficient_pairs, nuisance_pairs = _trade_offs(summary.names, correlation_of_ratios(problem, summary), n)
     return {
@@ -85,7 +89,7 @@ def collect(
     }
 
 
-def _parameters(problem, posterior, sensitivity) -> list[dict]:
+def _parameters(problem, posterior, others) -> list[dict]:
     """A row for each parameter; the unit is that of a dimensional coefficient, or None."""
     units = {term.name: term.unit for term in problem.equations.terms}
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
@@ -100,7 +104,7 @@ def _parameters(problem, posterior, sensitivity) -> list[dict]:
         "q95": q95,
         "contraction": posterior.contraction,
         "relative_sd": posterior.sd / np.abs(posterior.mean),
-        **sensitivity,
+        **others,
         "rhat": posterior.rhat,
         "bulk_ess": posterior.bulk_ess,
         "tail_ess": posterior.tail_ess,
@@ -188,7 +192,8 @@ def _baseline(problem, estimate) -> dict:
     found = estimate.solutions[:, [estimate.names.index(name) for name in plain.names]]
     solutions, reference = found[:, :n], problem.reference[:n]
     errors = np.abs(solutions - reference)
-    guess_errors = np.abs(plain.prior.guess[:n] - reference)
+    guess = plain.prior.guess[:n]
+    guess_errors = np.abs(guess - reference)
     return {
         "method": estimate.method,
         "costs": estimate.costs.tolist(),
@@ -200,6 +205,12 @@ def _baseline(problem, estimate) -> dict:
         "n_params": len(reference),
         "nuisance": dict(zip(plain.names[n:], found[:, n:].T.tolist(), strict=True)),
         "chi_square_per_reading": _chi_squares(plain, found),
+        "at_bounds": [
+            [name for name, is_bound in zip(plain.names, row, strict=False) if is_bound]
+            for row in np.abs(solutions - guess) > (BOUNDS - 1e-6) * np.abs(guess)
+        ]
+        if estimate.method == "SQP"
+        else [[]] * len(solutions),
         "ratios": [
             [x / r if r else None for x, r in zip(solution, reference.tolist(), strict=True)]
             for solution in solutions.tolist()
@@ -213,7 +224,7 @@ def sentences(numbers: dict) -> dict[str, str]:
     result |= _knowledge(numbers)
     if text := conflicts.sensitivity_sentence(numbers["parameters"]):
         result["prior"] = text
-    result |= _directions(numbers) | _strong_trade_offs(numbers)
+    result |= _directions(numbers) | _strong_trade_offs(numbers) | _others_known(numbers)
     normal = numbers["normality"]
     result["normality"] = f"{normal['sentence']} A vehicle file by bayesub export, which is a normal distribution, "
     result["normality"] += "holds it." if normal["close"] else "loses that: fit the next trial together with this one."
@@ -297,6 +308,22 @@ def _strong_trade_offs(numbers) -> dict[str, str]:
     if pairs := _strong_pairs(numbers["nuisance_trade_offs"]):
         text += f" With nuisance parameters: {pairs}."
     return {"trade_offs": text}
+
+
+def gain(row: Mapping[str, Any]) -> float:
+    """How many times smaller the posterior sd of a parameter would be if all others were known, by its numbers."""
+    return max(row["sd"] / row["conditional_sd"], 1.0)
+
+
+def _others_known(numbers) -> dict[str, str]:
+    """The ill-conditioning of all coefficients together, which pairs do not show."""
+    rows = sorted(numbers["parameters"], key=gain)
+    median, least, most = np.median([gain(row) for row in rows]), rows[0], rows[-1]
+    ends = f" ({least['name']} {cell(gain(least), 2)} to {most['name']} {cell(gain(most), 2)})" if len(rows) > 1 else ""
+    return {
+        "others_known": f"If all others were known, the posterior sd of the median coefficient would be "
+        f"{cell(median, 2)} times smaller{ends}."
+    }
 
 
 def _strong_pairs(trade_offs) -> str:

@@ -144,7 +144,7 @@ def markdown_page(
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
-    topics += "trade_offs normality sqp"
+    topics += "others_known trade_offs normality sqp"
     rows = [
         (
             f"`{row['name']}`",

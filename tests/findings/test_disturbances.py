@@ -111,9 +111,8 @@ PICTURES = (
     "track",
     "criticism",
     "disturbance",
-    "spectrum",
+    "ladder",
     "correlation",
-    "corner",
     "directions",
     "nuisance",
 )

@@ -17,7 +17,7 @@ from bayesub.inference import identifiability
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks import convergence
 from bayesub.inference.checks import fit as criticism
-from bayesub.io.words import powers
+from bayesub.io.words import cell, powers
 from bayesub.problem import likelihoods
 from bayesub.problem.joint import JointProblem
 from bayesub.report import report
@@ -29,8 +29,8 @@ FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
 FIRST_WORDS = ("Is it?", "Answer.", "Converged", "Nothing found against", "<dt>Vehicle", "<nav", "<dt>Known", "<table")
 HOSTILE = "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"
-FIGURES = ("orders", "coefficients", "track", "fan", "criticism", "spectrum", "correlation", "corner", "directions")
-FIGURES += ("ranks", "nuisance", "derived")
+FIGURES = ("orders", "coefficients", "track", "fan", "criticism", "ladder", "pairs", "directions")
+FIGURES += ("corner_Y", "corner_N", "correlation", "ranks", "nuisance", "derived")
 
 
 def posed(track, seed=0, sensors=SENSOR, current_mps=(0.0, 0.0), **given):
@@ -189,8 +189,6 @@ def test_captions_say_what_the_data_say(results, numbers):
     captions = captions_of(results)
     n_null = results.spectrum.n_null
     assert n_null == 0
-    assert "No direction is null" in captions["spectrum"]
-    assert "Pink" not in captions["corner"]
     assert f"and {n_null} null" in captions["directions"]
     (width,) = re.findall(r"to ([\d.]+) \(\w+\) of that of the noise", captions["track"])
     problem, share = results.problem, results.problem.predicted(results.draws).std(axis=0) / results.problem.sds
@@ -200,9 +198,11 @@ def test_captions_say_what_the_data_say(results, numbers):
     assert f"{wide} of {len(FREE)} posteriors are at least 90 % as wide" in captions["coefficients"]
     assert "would be orange" in captions["criticism"]
     pair = " with ".join(numbers["trade_offs"][0]["pair"])
-    assert f"most of all {pair}, correlation" in captions["corner"]
-    null = dataclasses.replace(results.spectrum, n_null=1)
-    assert "The last direction is null" in captions_of(dataclasses.replace(results, spectrum=null))["spectrum"]
+    assert f"Most of all {pair}, correlation" in captions["pairs"]
+    gains = {row["name"]: run_numbers.gain(row) for row in numbers["parameters"]}
+    most = max(gains, key=gains.get)
+    assert f"{cell(gains[most], 2)} times" in captions["ladder"]
+    assert f"{most} {cell(gains[most], 2)}" in numbers["verdict"]["others_known"]
 
 
 def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
@@ -247,7 +247,8 @@ def test_a_report_again_has_the_same_random_numbers_in_any_order(results):
 
 def captions_of(results):
     reference = results.problem.reference
-    return {figure.name: figure.caption for figure in figures(results, reference, "truth", [])}
+    baselines = [run_numbers._baseline(results.problem, estimate) for estimate in results.estimates]
+    return {figure.name: figure.caption for figure in figures(results, reference, "truth", baselines)}
 
 
 def test_nothing_is_loaded(page):
@@ -383,7 +384,7 @@ def test_an_effective_sample_costs_its_jacobians_too(problem):
     posterior = posterior_of(problem, np.random.default_rng(1))
     counted = dataclasses.replace(posterior, jacobians=3, jacobian_price=20.0)
     costs = [
-        run_numbers.collect(problem, [], spectrum, p, p, identifiability.null_space(problem, p.best))["cost"]
+        run_numbers.collect(problem, [], spectrum, p, p, identifiability.null_space(problem, p.best), p.sd)["cost"]
         for p in (posterior, counted)
         for spectrum in [identifiability.fisher(problem, p.best)]
     ]

@@ -144,5 +144,5 @@ def test_the_content_is_json_without_tags(numbers, content):
 
 
 def pictures():
-    names = ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "directions", "nuisance")
+    names = ("coefficients", "track", "criticism", "ladder", "correlation", "directions", "nuisance")
     return dict.fromkeys(names, ("What.", b"picture"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,8 +20,11 @@ if TYPE_CHECKING:  # they load a sampler and searches
     from bayesub.inference.sampling import Posterior
 
 STRONG = 0.3  # correlation of what is drawn
+NUMBERS = 0.5  # correlation from which its number is written
 FEW = 6  # parameters that are all drawn
 ROWS = 60  # that can be read below each other
+MOST = 30  # parameters of one map
+_CELL, _WHOLE, _PAGE, _BAR = 0.29, 4.2, 9.0, 0.9  # inches, of a map: a cell, that without names, a row, colour bar
 _LEFT, _RIGHT, _BOTTOM, _TOP, _ROW = 1.6, 0.1, 0.5, 0.35, 0.22  # inches, of a figure of rows
 
 
@@ -33,24 +37,84 @@ def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[st
     return [names[k] for k in members.tolist()], correlation[np.ix_(members, members)]
 
 
+def clustered(names: Sequence[str], correlation: np.ndarray, equations: Equations) -> list[np.ndarray]:
+    """Positions of the parameters of each axis, and of others, those that are correlated beside each other."""
+    groups = np.split(np.arange(len(names)), borders(names, equations))
+    return [group[_leaves(np.abs(correlation[np.ix_(group, group)]))] for group in groups]
+
+
+def _leaves(sizes: np.ndarray) -> np.ndarray:
+    """The order in which sizes of correlations (n, n) join."""
+    if len(sizes) < 3:
+        return np.arange(len(sizes))
+    from scipy.cluster import hierarchy
+
+    apart = np.clip(1.0 - sizes, 0.0, 1.0)[np.triu_indices(len(sizes), 1)]
+    return hierarchy.leaves_list(hierarchy.linkage(apart, "average", optimal_ordering=True))
+
+
 def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray, equations: Equations) -> None:
-    """Heat map of the correlations (n, n) of parameters that have strong ones; `equations` are the coefficients'."""
+    """Heat map of the correlations (n, n) of parameters that have strong ones; `equations` are the coefficients'.
+
+    Of many parameters the whole is small and without names, and a block an axis beside it.
+    """
     names, correlation = strong_block(names, correlation)
-    n = len(names)
-    size = max(4.5, 0.27 * n + 1.6)
-    margins = (0.75, 0.7, 0.75, 0.1) if all(name in equations.index for name in names) else None
-    with style.figure(path, size + 0.8, size, margins) as figure:
-        axis = figure.subplots()
-        image = axis.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-        words = labels(names, equations)
-        axis.set_xticks(range(n), words, rotation=90, fontsize=style.NAMES)
-        axis.set_yticks(range(n), words, fontsize=style.NAMES)
-        axis.grid(visible=False)
-        axis.spines[:].set_visible(False)
-        for k in borders(names, equations):
-            axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
-            axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
-        figure.colorbar(image, ax=axis, shrink=0.8, fraction=0.04, pad=0.03, label="posterior correlation")
+    groups = clustered(names, correlation, equations)
+    blocks = [np.concatenate(groups)]
+    if len(names) > MOST:
+        blocks += [group for group in groups if len(group) > 1]
+    beside = 0.75 if all(name in equations.index for name in names) else 1.5  # of names
+    sizes = [_CELL * len(block) + beside for block in blocks]
+    if len(blocks) > 1:
+        sizes[0] = _WHOLE
+    places, width, height = _packed(sizes, max(_PAGE, *sizes))
+    with style.figure(path, width + _BAR, height, (0, 0, 0, 0)) as figure:
+        for block, (left, top), size in zip(blocks, places, sizes, strict=True):
+            named = len(blocks) == 1 or size is not sizes[0]
+            edge = beside if named else 0.3
+            inches = np.array([left + edge, height - top - size + edge, size - edge - 0.1, size - edge - 0.1])
+            axis = figure.add_axes(tuple(inches / ([width + _BAR, height] * 2)))
+            of_block = correlation[np.ix_(block, block)]
+            image = axis.imshow(np.where(np.eye(len(block)) > 0.0, np.nan, of_block), cmap="RdBu_r", vmin=-1, vmax=1)
+            axis.grid(visible=False)
+            axis.spines[:].set_visible(False)
+            some = [names[k] for k in block]
+            ends = [0, *borders(some, equations), len(some)]
+            for k in ends[1:-1]:
+                axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
+                axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
+            if named:
+                words = labels(some, equations)
+                axis.set_xticks(range(len(some)), words, rotation=90, fontsize=style.NAMES)
+                axis.set_yticks(range(len(some)), words, fontsize=style.NAMES)
+                _write_numbers(axis, of_block)
+            else:
+                middles = [0.5 * (a + b - 1) for a, b in pairwise(ends)]
+                words = [equations.term(some[a]).axis if some[a] in equations.index else "" for a in ends[:-1]]
+                axis.set_xticks(middles, words)
+                axis.set_yticks(middles, words)
+        bar = figure.add_axes(((width + 0.08) / (width + _BAR), 0.35, 0.12 / (width + _BAR), 0.5))
+        figure.colorbar(image, cax=bar, label="posterior correlation")
+
+
+def _packed(sizes: Sequence[float], width: float) -> tuple[list[tuple[float, float]], float, float]:
+    """Left and top of squares in rows that are so wide, and width and height of all."""
+    places, left, top, row = [], 0.0, 0.0, 0.0
+    for size in sizes:
+        if left + size > width:
+            left, top, row = 0.0, top + row, 0.0
+        places.append((left, top))
+        left, row = left + size, max(row, size)
+    return places, max(place[0] + size for place, size in zip(places, sizes, strict=True)), top + row
+
+
+def _write_numbers(axis: Axes, correlation: np.ndarray) -> None:
+    """Where a correlation is large."""
+    for row, column in np.argwhere(np.abs(correlation) >= NUMBERS):
+        if row != column:
+            rho = correlation[row, column]
+            look = {"ha": "center", "va": "center", "fontsize": 6.5, "color": style.on_colour(rho)}
+            axis.text(column, row, f"{rho:.2f}".replace("0.", ".").replace("-", "\u2212"), look)
 
 
 def draw_nuisance(path: Paths, posterior: Posterior, prior: Prior, reference: np.ndarray, n_coefficients: int) -> None:

@@ -24,6 +24,7 @@ WEAK = "#E69F00"
 NULL = "#CC79A7"
 VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
+DARK, LIGHT = "#010101", "#FEFEFE"  # text on colours, which a page that is dark leaves as it is
 PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
 NAMES = 10.0  # size of the names of coefficients
 
@@ -80,7 +81,18 @@ def legend_column(labels: Sequence[str]) -> float:
 
 def legend_columns(labels: Sequence[str], width: float) -> int:
     """How many columns of a legend fit a figure of that width, inches: four at most."""
-    return min(4, max(1, int(width / legend_column(labels))))
+
+    def fits(n: int) -> bool:
+        return sum(legend_column(some) for some in np.array_split(labels, n)) < width
+
+    return next((n for n in range(min(4, len(labels)), 1, -1) if fits(n)), 1)
+
+
+def legend_above(figure: Figure, handles: Sequence[Any]) -> None:
+    """The legend of a figure, above all, in as many columns as there is room for."""
+    words = [handle.get_label() for handle in handles]
+    columns = legend_columns(words, figure.get_figwidth())
+    figure.legend(handles, words, loc="outside upper center", ncols=columns, fontsize=8)
 
 
 def plain(text: str) -> str:
@@ -94,6 +106,11 @@ def power(value: float) -> str:
         return f"{value:.2g}" if abs(value) < 99.5 else f"{value:.0f}"
     mantissa, exponent = f"{value:.0e}".split("e")
     return rf"${mantissa}\times10^{{{int(exponent)}}}$"
+
+
+def on_colour(correlation: float) -> str:
+    """The colour of a text on that of a correlation."""
+    return LIGHT if abs(correlation) > 0.72 else DARK
 
 
 def show_whole(axis: Axes, values: np.ndarray) -> None:
@@ -110,12 +127,13 @@ def shade_warm_up(axis: Axes, warm_up: float) -> None:
 
 
 def write_beside(axis: Axes, rows: Sequence[int] | np.ndarray, words: Sequence[str], title: str) -> None:
-    """A word at the right of each row, and what they are."""
+    """A word at the right of each row, and above them what they are."""
     right = axis.secondary_yaxis("right")
     right.set_yticks(rows, words, fontsize=8)
     right.tick_params(length=0)
     right.spines[:].set_visible(False)
-    right.set_ylabel(title, fontsize=8)
+    look = {"textcoords": "offset points", "fontsize": 8, "va": "bottom", "ha": "left"}
+    axis.annotate(title, (1.0, 1.0), (3.5, 1), "axes fraction", **look)
 
 
 def look_from_above(axis: Axes, start: np.ndarray) -> None:
