@@ -28,10 +28,10 @@ DOF, CORRELATION_TIME_S = 4.0, 2.0
 FOUND, MISSED = 0.9, 0.1  # shares of the records
 INTERVAL = 0.9
 FIGURES = {
-    "criticism": "Left, how many of a hundred records are called into question: about one of a right model (dashed), all "
-    "of most wrong ones, none where other coefficients play the part of the one that is held off. Right, how often 90 % "
-    "intervals hold the truth, with two standard errors: the wrong values that are not found leave the intervals of the "
-    "others nearly as right as those of a right model.",
+    "criticism": "Left, how many of a hundred records are called into question: about one of a right model (dashed), "
+    "all of most wrong ones, none where other coefficients play the part of the one that is held off. Right, how often "
+    "90 % intervals hold the truth, with two standard errors: the wrong values that are not found leave the intervals "
+    "of the others nearly as right as those of a right model.",
 }
 ANSWER = """
 A right model with normal noise is called into question in {normal noise/warned; percent; .0f} of a hundred records;

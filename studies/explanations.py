@@ -39,9 +39,10 @@ CASES = {
 SLOW_S = 5.0  # correlation time of slow sensors
 FOUND, FALSE = 0.9, 0.05
 FIGURES = {
-    "explanations": "Records by what they have (rows) and what is proposed first for them (columns), numbers of records. "
-    "What is right has an orange frame; `not correlated`: the check fails for other reasons, `fits`: it does not fail. "
-    "Forces of 0.5 % are mostly not seen, and a drag coefficient held off is once in a while taken for a force.",
+    "explanations": "Records by what they have (rows) and what is proposed first for them (columns), in numbers of "
+    "records. What is right has an orange frame; `not correlated`: the check fails for other reasons, `fits`: it does "
+    "not fail. Forces of 0.5 % are mostly not seen, and a drag coefficient held off is once in a while taken for a "
+    "force.",
 }
 KINDS = ("disturbance", "slow noise", "bias", "current", "coefficient", NONE, UNCORRELATED, FITS)
 ANSWER = """

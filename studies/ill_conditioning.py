@@ -34,8 +34,8 @@ FIGURES = {
     "cancellation_*": f"{{}}: {CANCELLATION}",
     "directions_*": "{}: the stiffest directions, the sloppiest, and the null ones, by their largest entries.",
     "spectra": "Singular values of all cases: known better than by the prior, left to the prior, and null.",
-    "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a column a boat. Left of the "
-    "dashed line the change costs less than the simulation's own error.",
+    "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a column a boat. Left of "
+    "the dashed line the change costs less than the simulation's own error.",
     "profiles_*": "{}: rise of -2 log likelihood if one coefficient is held off its best value. What is sloppy crosses "
     "the lower line, with sensors a thousand times better; what is null stays at round-off however good they are.",
     "correlation_*": "{}: cosines of the regressors of each axis over time. Two of one shape have 1 or -1: this is of "

@@ -17,6 +17,7 @@ LABELS = {
     "volume_cm3": "volume",
     "excess_g": "mass less displaced mass",
 }
+TITLES = ("Only their difference", "What is known", "An unseen descent")
 COLOURS = (style.SQP, style.POSTERIOR)  # of the fits
 BAND = (0.05, 0.95)
 
@@ -48,7 +49,7 @@ def draw(
         _trade_off(trade, draws)
         _known(known, fits)
         _speeds(flight, speeds, peers)
-        for panel, title in zip(figure.axes, ("Only their difference", "What is known", "An unseen descent"), strict=True):
+        for panel, title in zip(figure.axes, TITLES, strict=True):
             panel.set_title(title, fontsize=9)
         handles, words = known.get_legend_handles_labels()
         words = ["fit of " + word for word in words]
@@ -76,7 +77,7 @@ def _known(axes: Axes, fits) -> None:
 
 
 def _speeds(axes: Axes, speeds, peers) -> None:
-    for (fit, flight), colour, alpha in zip(speeds.items(), COLOURS, (0.25, 0.35), strict=True):
+    for flight, colour, alpha in zip(speeds.values(), COLOURS, (0.25, 0.35), strict=True):
         low, high = np.quantile(flight["noisy"], BAND, axis=0)
         axes.fill_between(flight["times"], low, high, color=colour, alpha=alpha, lw=0)
         axes.plot(flight["times"], flight["middle"], color=colour, lw=1.4)

@@ -78,7 +78,12 @@ def draw_errors(panel, fits: list[dict]) -> None:
             p["posterior_lengths"], np.full(len(p["posterior_lengths"]), k + 0.15), "o", color=colour, ms=4, **fill
         )
         panel.text(
-            1.02, k, f"{100 * p['coverage']['0.9']:.0f} %", transform=panel.get_yaxis_transform(), va="center", fontsize=8
+            1.02,
+            k,
+            f"{100 * p['coverage']['0.9']:.0f} %",
+            transform=panel.get_yaxis_transform(),
+            va="center",
+            fontsize=8,
         )
     panel.text(1.02, 1.0, "in 90 %\nbands", transform=panel.transAxes, va="bottom", fontsize=8)
     panel.set_title("predictions by fits of the spiral", fontsize=9)

@@ -10,54 +10,11 @@ from matplotlib.ticker import NullFormatter
 
 from bayesub.model.coefficients import NAMES
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import intervals, ratios
-from bayesub.report.plots.posterior import strong_block
-from thesis.plots.labels import labels, starred
+from thesis.plots.labels import labels
 
-_ROW = 28  # coefficients a row
 _ROWS = 34  # coefficients below each other
 _BINS = 14  # of singular values, for medians
 _LINE = 0.055  # of the height of a panel, between labels
-
-
-def draw_coefficients(path, names, quantiles, prior, reference, groups, converged) -> None:
-    """Prior, posterior intervals and groups of coefficient sets as ratios to the reference.
-
-    Parameters
-    ----------
-    path : one file or several
-    names : (n_coefficients,)
-    quantiles : (5, n_coefficients) of the posterior, those of :data:`bayesub.report.plots.coefficients.QUANTILES`
-    prior : of the coefficients
-    reference : (n_coefficients,) values that count as one
-    groups : (label, sets (n, n_coefficients), marker, colour), each drawn beside the others
-    converged : whether the posterior has
-    """
-    n = len(reference)
-    n_rows = -(-n // _ROW)
-    width = -(-n // n_rows)
-    shifts = np.linspace(-0.2, 0.2, len(groups))
-    with style.figure(path, 0.36 * width + 1.2, 3.1 * n_rows + 0.4) as figure:
-        panels = figure.subplots(n_rows, 1, squeeze=False)[:, 0]
-        for panel, columns in zip(panels, np.array_split(np.arange(n), n_rows), strict=True):
-            lowest, highest = intervals(panel, columns, quantiles, prior, reference)
-            for (text, sets, marker, colour), shift in zip(groups, shifts, strict=True):
-                identified_sets = identified(sets, reference)
-                x = columns + shift + np.linspace(-0.13, 0.13, len(sets))[:, None]
-                values = ratios(identified_sets, reference, prior)[:, columns]
-                panel.plot(x.ravel(), values.ravel(), marker, ms=2.6, mew=0, color=colour, label=text)
-                lowest, highest = min(lowest, np.nanmin(values)), max(highest, np.nanmax(values))
-            some = np.array(names)[columns]
-            panel.set_xticks(columns, starred(some, reference[columns]), rotation=60, ha="right")
-            panel.set(xlim=(columns[0] - 0.7, columns[0] + width - 0.3), ylabel="ratio to truth")
-            panel.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
-            panel.grid(axis="x", visible=False)
-            for k in range(1, len(columns)):
-                if some[k][0] != some[k - 1][0]:
-                    panel.axvline(columns[k] - 0.5, color=style.TRUTH, lw=0.5, ls=":")
-        if not converged:
-            figure.suptitle("NOT CONVERGED", color=style.SQP)
-        panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=2)
 
 
 def identified(sets, reference) -> np.ndarray:
@@ -104,34 +61,6 @@ def draw_contraction(path, cases: dict[str, dict[str, float]]) -> None:
             panel.tick_params(length=0)
             panel.grid(visible=False)
             panel.spines[:].set_visible(False)
-
-
-def draw_correlations(path, correlations: dict) -> None:
-    """Heat maps of strong posterior correlations: title -> (names, correlation (n, n)), the largest beside others."""
-    correlations = {title: strong_block(*pair) for title, pair in correlations.items()}
-    order = sorted(correlations, key=lambda title: len(correlations[title][0]))
-    sizes = {title: 0.135 * len(correlations[title][0]) + 0.8 for title in order}
-    *small, largest = order
-    layout = [[title, largest] for title in small] or [[largest]]
-    width = sizes[largest] + max((sizes[title] for title in small), default=0.0) + 0.8
-    height = max(sizes[largest], sum(sizes[title] for title in small)) + 0.2 * len(order)
-    with style.figure(path, width, height) as figure:
-        ratio = [max(sizes[t] for t in small), sizes[largest]] if small else None
-        panels = figure.subplot_mosaic(layout, width_ratios=ratio)
-        for title, panel in panels.items():
-            names, correlation = correlations[title]
-            image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-            panel.set_xticks(range(len(names)), labels(names), rotation=90, fontsize=6)
-            panel.set_yticks(range(len(names)), labels(names), fontsize=6)
-            panel.tick_params(length=0, pad=1)
-            panel.grid(visible=False)
-            panel.spines[:].set_visible(False)
-            panel.set_title(title, fontsize=9)
-            for k in range(1, len(names)):
-                if names[k][0] != names[k - 1][0]:
-                    panel.axhline(k - 0.5, color=style.TRUTH, lw=0.5)
-                    panel.axvline(k - 0.5, color=style.TRUTH, lw=0.5)
-        figure.colorbar(image, ax=list(panels.values()), shrink=0.6, label="posterior correlation")
 
 
 def draw_scatter(path, cases, groups) -> None:

@@ -1,7 +1,5 @@
 """Posteriors of trials, and the coefficient sets that SQP identifies seen with their eyes."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import linalg
 
@@ -18,27 +16,6 @@ TRADE_OFF = 0.9  # correlation
 CORNER = 8  # coefficients at most
 MEASURES = ("distance", "chi_square", "density")
 GROUPS = ("starts", "exact", "noisy")  # of sets
-
-
-@dataclass(frozen=True)
-class DrawsOfCoefficients:
-    """Draws of some coefficients, as the figure of joint marginals takes them.
-
-    Attributes
-    ----------
-    names : (n,) coefficients
-    draws : (n_draws, n)
-    prior_sd : (n,)
-    """
-
-    names: tuple[str, ...]
-    draws: np.ndarray
-    prior_sd: np.ndarray
-
-    @property
-    def contraction(self) -> np.ndarray:
-        """(n,) posterior sd over prior sd."""
-        return self.draws.std(axis=0, ddof=1) / self.prior_sd
 
 
 def searches(problem: Problem, n_sets: int, max_iterations: int) -> dict[str, list]:

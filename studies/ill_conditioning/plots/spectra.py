@@ -59,15 +59,15 @@ def draw_directions(path, spectrum, equations: EquationSet, n_each: int = 3) -> 
 
 
 def draw_values(axis: Axes, spectrum: Spectrum) -> None:
-    """Draw singular values by their number: sharp, sloppy and null ones, and the gap before the null ones."""
+    """Draw singular values by their number: stiff, sloppy and null ones, and the gap before the null ones."""
     s, n_null = spectrum.singular_values, spectrum.n_null
     number = np.arange(1, len(s) + 1)
     null = number > len(s) - n_null
-    sharp = (s > 1.0) & ~null
+    stiff = (s > 1.0) & ~null
     groups = (
-        (sharp, style.POSTERIOR, "o", f"{sharp.sum()} sharpened by the data"),
-        (~sharp & ~null, style.WEAK, "s", f"{(~sharp & ~null).sum()} left to the prior"),
-        (null, style.NULL, "D", f"{null.sum()} null: no data of this kind can tell"),
+        (stiff, style.POSTERIOR, "o", f"{stiff.sum()} known better than by the prior"),
+        (~stiff & ~null, style.WEAK, "s", f"{(~stiff & ~null).sum()} left to the prior"),
+        (null, style.NULL, "D", f"{null.sum()} null: no data of this kind see them"),
     )
     for members, colour, marker, label in groups:
         if members.any():
