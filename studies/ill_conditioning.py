@@ -88,7 +88,8 @@ def draw(run, numbers):
         collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related, EQUATIONS)
         errors = one_case.restored_cancellation(case, saved)
         cancellation.draw(run.figure(f"cancellation_{stem}"), saved["times"], errors, EQUATIONS)
-    surge = {t: one_case.restored_regressors(a) for t, a in arrays.items() if t.endswith("horizontal")}
+    flat = {t: a for t, a in arrays.items() if t.endswith("horizontal") and len(a["regressors"])}  # auv690 has no Xvv
+    surge = {title: one_case.restored_regressors(a) for title, a in flat.items()}
     collinearity.draw_scatter(run.figure("regressors"), surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")], EQUATIONS)
 
 

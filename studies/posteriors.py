@@ -60,17 +60,17 @@ MEASURES = {
 FIGURES = {
     "scatter": "Scatter of SQP and spread of the posterior along each direction of all cases, against its singular "
     "value; left of one the data see nothing. The posterior (crosses) keeps to the line that data and prior make. "
-    "SQP's sets keep about the spread of their starts (grey) where the data see nothing, and fall with the line or below it "
-    "where they see: their scatter is that of a search.",
+    "SQP's sets keep about the spread of their starts (grey) where the data see nothing, and fall with the line or "
+    "below it where they see: their scatter is that of a search.",
     "trade_offs_*": "{}: the coefficients that trade off most, as ratios to the truth. SQP's sets from the exact "
-    "track (orange) run along the ellipses of the posterior and out of them; hollow ones fit worse than the posterior "
-    "does. Added masses that SQP held are not drawn.",
+    "track (orange) run along the ellipses of the posterior and out of them. Added masses that SQP held are no result "
+    "of it.",
     "contraction": "Posterior sd over prior sd of every coefficient in every case, best known first. One (pale) means "
     "that the trial said nothing; empty cells have no part in the motion.",
-    "coefficients_*": "{}: prior (grey), posterior (blue) and the sets of SQP, as ratios to the truth, best known "
-    "coefficient first. Added masses that SQP held are not drawn.",
+    "coefficients_*": "{}: prior (grey), posterior (blue) and the sets of SQP, as ratios to the truth. Added masses "
+    "that SQP held are no result of it.",
     "distances": "How far out SQP's sets and the truth lie, over what holds 95 % of the posterior, by three measures.",
-    "correlations_*": "{}: posterior correlations of ratios to the truth, of the coefficients that have strong ones.",
+    "correlations_*": "{}: posterior correlations of the coefficients that have strong ones.",
 }
 GLOSSARY = "booth"
 ANSWER = """

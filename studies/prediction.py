@@ -31,8 +31,7 @@ FIGURES = {
     "length of suboff. Sets that SQP identified (dotted, dash-dotted, vermilion) lie far left of random ones "
     "(dashed), and far right of the error of the simulation itself (black).",
     "calibration": "How often bands of the posterior hold the true position, against what they claim. It is one trial "
-    "a boat, so that a line leaves the diagonal by chance, as far as the pale band of a right posterior reaches; the "
-    "study calibration repeats trials.",
+    "a boat, so that a line may leave the diagonal by chance; the study calibration repeats trials.",
     "sorted": "Errors by identified set and by unseen manoeuvre, in the boats' own metres: median and 90 %.",
     "sets_*": "{}: the best, the middle and the worst set by mean cost, as ratios to the truth.",
     "surface_*": "{}: largest position error of every set on every manoeuvre.",

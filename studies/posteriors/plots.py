@@ -94,8 +94,9 @@ def draw_scatter(path, cases, groups) -> None:
         panel.loglog(axis, line, color=style.TRUTH, lw=1.0, ls="--")
         ends["data and prior, linear"] = line[-1], style.TRUTH
         panel.axvline(1.0, color=style.TRUTH, lw=0.6, ls=":")
-        panel.text(1.1, 1.0, "the data see", transform=panel.get_xaxis_transform(), va="bottom", fontsize=8)
-        panel.text(0.9, 1.0, "do not see", transform=panel.get_xaxis_transform(), va="bottom", ha="right", fontsize=8)
+        above = {"transform": panel.get_xaxis_transform(), "va": "bottom", "fontsize": 8}
+        panel.text(0.6, 1.0, "not seen by the data", ha="right", **above)
+        panel.text(1.7, 1.0, "seen", **above)
         panel.set(xlim=reach, xlabel="singular value of the direction, 1 / prior sd")
         left.set_xticks([])
         left.grid(axis="x", visible=False)

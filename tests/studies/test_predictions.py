@@ -30,7 +30,7 @@ def test_failed_predictions_count_for_nothing():
 
 
 def test_the_band_of_chance_is_as_wide_as_draws_err_together(rng):
-    """Of draws that err apart on each manoeuvre a level holds its share; of those that err alike it holds all or none."""
+    """Draws that err apart on each manoeuvre have the share of a level inside; those that err alike all or none."""
     apart, alike = rng.random((100, 400, 10, 3)), np.broadcast_to(rng.random((400, 1, 1)), (100, 400, 10, 3))
     # A share of 3000 has a standard deviation of 0.009.
     assert predictions.coverage_of_draws(apart, 0.5) == pytest.approx([0.485, 0.515], abs=0.005)
