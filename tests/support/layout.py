@@ -3,62 +3,57 @@
 from itertools import combinations
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.text import Text
 
-SLACK = 0.18  # of the height of a text, that its box is larger than its letters
+SLACK = 0.18  # of the height of a line, that its box is larger than its letters
 EDGE = 2.0  # pixels
+_CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
-def unreadable(figure: Figure, monkeypatch) -> list[str]:
-    """Texts of a figure that are outside of its canvas or overlap another one, as sentences."""
-    drawn: list[Text] = []
-    draw = Text.draw
+class WrittenTexts:
+    """All texts that are drawn to PNGs while a test runs, with where they are then.
 
-    def record(self, renderer, *args, **kwargs):
-        if self.get_visible() and self.get_text().strip():
-            drawn.append(self)
-        return draw(self, renderer, *args, **kwargs)
+    Attributes
+    ----------
+    texts : of each the figure, the words, corners (4, 2) of its box and of what letters fill of it, and the canvas
+    """
 
-    canvas = FigureCanvasAgg(figure)
-    with monkeypatch.context() as patch:
-        patch.setattr(Text, "draw", record)
-        canvas.draw()
-    texts = list(dict.fromkeys(drawn))
-    width, height = canvas.get_width_height()
-    boxes = [_corners(text, canvas.get_renderer()) for text in texts]
-    found = []
-    for text, (outer, _) in zip(texts, boxes, strict=True):
-        low, high = outer.min(axis=0), outer.max(axis=0)
-        if np.any(low < -EDGE) or np.any(high > np.array([width, height]) + EDGE):
-            found.append(f"{text.get_text()!r} leaves the canvas")
-    for (one, (_, a)), (other, (_, b)) in combinations(zip(texts, boxes, strict=True), 2):
-        if _overlap(a, b):
-            found.append(f"{one.get_text()!r} overlaps {other.get_text()!r}")
-    return found
+    def __init__(self, monkeypatch) -> None:
+        self.texts: list[tuple] = []
+        draw = Text.draw
+
+        def record(text, renderer, *args, **kwargs):
+            if isinstance(renderer, RendererAgg) and text.get_visible() and text.get_text().strip():
+                canvas = renderer.get_canvas_width_height()
+                self.texts.append((id(text.get_figure(root=True)), text.get_text(), *_corners(text, renderer), canvas))
+            return draw(text, renderer, *args, **kwargs)
+
+        monkeypatch.setattr(Text, "draw", record)
+
+    def unreadable(self) -> list[str]:
+        """What leaves its canvas or overlaps another text, as sentences."""
+        found = []
+        for _, words, box, _, canvas in self.texts:
+            if np.any(box.min(axis=0) < -EDGE) or np.any(box.max(axis=0) > np.array(canvas) + EDGE):
+                found.append(f"{words!r} leaves the canvas")
+        for one, other in combinations(self.texts, 2):
+            if one[0] == other[0] and _overlap(one[3], other[3]):
+                found.append(f"{one[1]!r} overlaps {other[1]!r}")
+        return found
 
 
 def _corners(text: Text, renderer) -> tuple[np.ndarray, np.ndarray]:
-    """Corners (4, 2) of the box of a text, in pixels, turned as the text is, and of what its letters fill of it."""
-    extent = text.get_window_extent(renderer)
-    angle = np.radians(text.get_rotation())
-    turned = text.get_rotation()
+    """Corners (4, 2) in pixels of the box of a text, turned as the text is, and of what its letters fill of it."""
+    turned, extent = text.get_rotation(), text.get_window_extent(renderer)
     text.set_rotation(0.0)
     level = text.get_window_extent(renderer)
     text.set_rotation(turned)
-    rows = text.get_text().count("\n") + 1
-    slack = SLACK * level.height / rows
+    angle, slack = np.radians(turned), SLACK * level.height / (text.get_text().count("\n") + 1)
     along = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    middle = np.array([0.5 * (extent.x0 + extent.x1), 0.5 * (extent.y0 + extent.y1)])
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    return tuple(
-        middle + corners * np.maximum(half, 0.1) @ along
-        for half in (
-            0.5 * np.array([level.width, level.height]),
-            0.5 * np.array([level.width - slack, level.height - 2 * slack]),
-        )
-    )
+    middle, size = 0.5 * (extent.min + extent.max), np.array([level.width, level.height])
+    inner = np.maximum(size - [slack, 2.0 * slack], 0.2)
+    return middle + 0.5 * _CORNERS * size @ along, middle + 0.5 * _CORNERS * inner @ along
 
 
 def _overlap(a: np.ndarray, b: np.ndarray) -> bool:

@@ -9,6 +9,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from PIL import Image
 from scipy import special
+from support.layout import WrittenTexts
 
 from bayesub.findings.data_card import DataCard
 from bayesub.inference.identifiability.fisher import Spectrum
@@ -226,9 +227,11 @@ def check(drawings, folder, expected):
 
 
 @pytest.mark.parametrize("draw", FIGURES, ids=lambda draw: draw.__name__)
-def test_a_figure_is_drawn_once_for_both_formats_and_labelled(draw, tmp_path, drawings):
+def test_a_figure_is_drawn_once_for_both_formats_and_labelled(draw, tmp_path, drawings, monkeypatch):
+    texts = WrittenTexts(monkeypatch)
     draw([tmp_path / "figure.png", tmp_path / "figure.pdf"])
     check(drawings, tmp_path, FIGURES[draw])
+    assert texts.unreadable() == []
 
 
 def test_tracks(tmp_path, drawings, spiral_track):
