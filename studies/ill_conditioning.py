@@ -19,6 +19,7 @@ import numpy as np
 
 from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.coefficients import EQUATIONS
+from bayesub.report.plots import ladders
 from ill_conditioning import one_case, tables
 from ill_conditioning.plots import cancellation, collinearity, contribution, profile, spectra
 from thesis.cases import CASES, MANOEUVRES, published
@@ -32,7 +33,7 @@ CANCELLATION = "force errors of a set that SQP stopped at, over time. Terms err 
 FIGURES = {
     "cancellation_suboff_horizontal": f"suboff horizontal: {CANCELLATION}",
     "cancellation_*": f"{{}}: {CANCELLATION}",
-    "directions_*": "{}: the stiffest directions, the sloppiest, and the null ones, by their largest entries.",
+    "directions_*": "{}: directions from stiff to null, what is left of the prior along each, and what it is made of.",
     "spectra": "Singular values of all cases: known better than by the prior, left to the prior, and null.",
     "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a column a boat. Left of "
     "the dashed line the change costs less than the simulation's own error.",
@@ -82,7 +83,7 @@ def draw(run, numbers):
     for title, case in numbers.items():
         stem, saved = stems[title], arrays[title]
         directions = one_case.restored_spectrum(case, saved)
-        spectra.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
+        ladders.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
         profile.draw(run.figure(f"profiles_{stem}"), one_case.restored_profiles(case), EQUATIONS)
         related = one_case.restored_collinearity(case, saved)
         collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related, EQUATIONS)

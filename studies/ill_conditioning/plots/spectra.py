@@ -1,14 +1,11 @@
-"""The spectra of several problems side by side, and the stiffest, sloppiest and null directions of one."""
+"""The spectra of several problems side by side."""
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from bayesub.inference.identifiability import Spectrum
-from bayesub.model.equations import EquationSet
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import labels
 
-BARS = 8  # entries of a direction that are drawn
 _HEADROOM = 1e6  # room for a legend above the stiffest
 
 
@@ -27,35 +24,6 @@ def draw_cases(path, spectra: dict, n_columns: int) -> None:
             row[0].set_ylabel("singular value\n(prior sd / data sd)")
         for panel in panels[-1]:
             panel.set_xlabel("direction")
-
-
-def draw_directions(path, spectrum, equations: EquationSet, n_each: int = 3) -> None:
-    """The stiffest directions, the sloppiest that are not null, and the null ones, by their largest entries."""
-    last = len(spectrum.names) - spectrum.n_null
-    rows = [
-        ("stiff", style.POSTERIOR, range(n_each)),
-        ("sloppy", style.WEAK, range(last - 1, last - 1 - n_each, -1)),
-        ("null", style.NULL, range(last, min(last + n_each, len(spectrum.names)))),
-    ]
-    rows = [row for row in rows if len(row[2])]
-    with style.figure(path, 9.0, 2.2 * len(rows) + 0.4) as figure:
-        panels = figure.subplots(len(rows), n_each, sharex=True, squeeze=False)
-        for row, (word, colour, members) in zip(panels, rows, strict=True):
-            for panel in row[len(members) :]:
-                panel.axis("off")
-            for panel, i in zip(row, members, strict=False):
-                entries = {name: x for name, x in list(spectrum.direction(i).items())[:BARS] if x != 0.0}
-                place = np.arange(len(entries))
-                panel.barh(place, list(entries.values()), color=colour)
-                panel.axvline(0.0, color=style.TRUTH, lw=0.6)
-                panel.set_yticks(place, labels(entries, equations), fontsize=8)
-                panel.invert_yaxis()
-                panel.grid(axis="y", visible=False)
-                known = f"sd by the data {style.power(1.0 / spectrum.singular_values[i])} of the prior's"
-                panel.set_title(f"{word}: " + ("the data say nothing" if word == "null" else known), fontsize=8.5)
-                panel.tick_params(labelbottom=True)
-        panels[0, 0].set_xlim(-1.05, 1.05)
-        figure.supxlabel(f"prior standard deviations along the unit direction ({BARS} largest entries)", fontsize=9)
 
 
 def draw_values(axis: Axes, spectrum: Spectrum) -> None:

@@ -154,10 +154,6 @@ def draw_spectra(path):
     spectra.draw_cases(path, {"one": SPECTRUM, "another": SPECTRUM}, 2)
 
 
-def draw_directions(path):
-    spectra.draw_directions(path, SPECTRUM, EQUATIONS, n_each=1)
-
-
 FIGURES = {
     draw_calibration: ("rank of the truth among posterior draws, as a fraction", "ECDF minus uniform"),
     draw_cancellation: ("time (s)", "error of X (kN)"),
@@ -177,7 +173,6 @@ FIGURES = {
     draw_pairs: ("$X'_{uu}$", "yaw0 (deg)"),
     draw_spectrum: ("posterior sd, in prior sds", "direction"),
     draw_spectra: ("direction", "singular value\n(prior sd / data sd)"),
-    draw_directions: ("prior standard deviations along the unit direction (8 largest entries)",),
     draw_corner: (),
 }
 
