@@ -1,8 +1,8 @@
 """Several posteriors side by side: intervals, contractions, distances, and what each predicts, in numbers."""
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -31,6 +31,7 @@ class ComparedRun:
     settings: dict  # the entries of its configuration by which runs may differ
     prediction: PredictedTrial | None = None  # of the common manoeuvre
     why_not: str = ""  # why there is no prediction
+    conditional_sd: Mapping[str, float] = field(default_factory=dict)  # parameter -> sd if all others were known
 
     @cached_property
     def places(self) -> dict[tuple, int]:
@@ -70,6 +71,7 @@ class ComparedRun:
             "prior_mean": float(posterior.prior_mean[k]),
             "prior_sd": float(posterior.prior_sd[k]),
             "contraction": float(posterior.contraction[k]),
+            "conditional_sd": self.conditional_sd.get(posterior.names[k]),
         }
 
 

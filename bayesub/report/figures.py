@@ -111,12 +111,14 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
     equations, correlation = problem.equations, results.correlation
     names, prior = sample.names, results.prior_of_others
     sds = np.array([sample.sd, results.conditional_sd])[:, :n] / sample.prior_sd[:n]
+    left_out = n - ladders.ROWS
+    more = f" The {left_out} that gain least are left out." if left_out > 0 else ""
     yield ReportFigure(
         "ladder",
         "What each coefficient would be known to if all others were. The longer the bar, the more of what is not known "
         "of a coefficient is only its trade-off with all others together, of which pairs show a part: "
         f"{_gains(names[:n], sds)}. Gain: posterior sd over that with all others known; R: multiple correlation with "
-        "all others.",
+        f"all others.{more}",
         partial(ladders.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
     )
     drawn = {"found": found, "word": word}
@@ -192,7 +194,7 @@ def _untouched(contraction) -> str:
 def _found(results, baselines: list[dict]) -> list[Found]:
     """The solutions of the baselines, searches first; what one does not find is at its prior mean."""
     sample, found = results.summary, []
-    both = zip(results.estimates, baselines, strict=True)
+    both = zip(results.estimates, baselines, strict=False)
     order = sorted(both, key=lambda one: one[0].method != "SQP")
     for (estimate, numbers), (marker, colour) in zip(order, MARKS, strict=False):
         fits = np.array(numbers["chi_square_per_reading"]) < FITS

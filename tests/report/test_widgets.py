@@ -77,7 +77,7 @@ def test_correlations_are_of_what_is_drawn_and_the_same_everywhere(results, numb
     captions = captions_of(results)
     i, j = np.unravel_index(np.argmax(np.abs(np.triu(drawn, 1))), drawn.shape)
     words = f"{sample.names[i]} with {sample.names[j]}, correlation {drawn[i, j]:+.2f}"
-    assert words in captions["correlation"]
+    assert words in captions["pairs"]
     draws = np.array([unpacked(packed) for packed in pairs["draws"]])
     assert draws.shape == (n, widgets.DRAWS)
     values = draws * np.where(np.arange(n) < results.problem.n_coefficients, results.problem.reference, 1.0)[:, None]
@@ -92,11 +92,11 @@ def test_a_caption_counts_the_tracks_that_are_drawn_and_the_searches_that_fit(re
     (trial,) = content["trials"]
     assert f"and {len(trial['path']['draws'])} draws from the posterior" in captions_of(results)["track"]
     for fits, words in (
-        ((70.6, 70.61), "SQP solutions, of which none fits the track (chi-square per reading 70.6)."),
-        ((1.0, 1.1), "SQP solutions, all of which fit the track."),
-        ((1.0, 3.0), "SQP solutions, which do not all fit the track (chi-square per reading 1 to 3)."),
+        ((70.6, 70.61), "SQP, none fits (chi-square per reading 70.6)."),
+        ((1.0, 1.1), "SQP, all fit (chi-square per reading 1 to 1.1)."),
+        ((1.0, 3.0), "SQP, 1 fit (chi-square per reading 1 to 3)."),
     ):
-        sqp = {"method": "SQP", "chi_square_per_reading": fits}
+        sqp = {"method": "SQP", "chi_square_per_reading": fits, "at_bounds": [[], []]}
         assert words in captions_of(results, [sqp])["coefficients"]
 
 

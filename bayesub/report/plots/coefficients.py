@@ -61,7 +61,7 @@ def labels(names: Iterable[str], equations: Equations) -> list[str]:
 
 def borders(names: Iterable[str], equations: Equations) -> list[int]:
     """Positions at which the coefficients of another axis, or other parameters, begin."""
-    axes = [equations.term(name).axis if name in equations.index else name[0] for name in names]
+    axes = [equations.term(name).axis if name in equations.index else "" for name in names]
     return [k for k in range(1, len(axes)) if axes[k] != axes[k - 1]]
 
 

@@ -11,7 +11,6 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
@@ -93,7 +92,7 @@ def draw_pairs(
     names = star(posterior.names, np.concatenate([reference, np.ones(len(posterior.names) - n)]), equations)
     ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(_CIRCLE)}
     columns, rows = min(_COLUMNS, len(pairs)), -(-len(pairs) // _COLUMNS)
-    with style.figure(path, max(_PANEL * columns, 2.5 * _PANEL), (_PANEL + 0.3) * rows + 0.5) as figure:
+    with style.figure(path, max(_PANEL * columns, 2.5 * _PANEL), (_PANEL + 0.08) * rows + 0.45) as figure:
         panels = figure.subplots(rows, columns, squeeze=False)
         beyond = np.zeros(len(found), dtype=int)
         for panel, (i, j) in zip(panels.flat, pairs, strict=False):
@@ -116,9 +115,7 @@ def draw_pairs(
             panel.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), box_aspect=1)
             panel.set_xlabel(names[i], labelpad=1, fontsize=style.NAMES)
             panel.set_ylabel(names[j], labelpad=1, fontsize=style.NAMES)
-            panel.set_title(
-                rf"$\rho$ = {np.corrcoef(everything[:, both].T)[0, 1]:+.2f}".replace("-", "\u2212"), fontsize=9
-            )
+            panel.set_title(rf"$\rho$ = {_signed(_correlation(everything[:, both])[0, 1], '+')}", fontsize=9)
             panel.locator_params(nbins=3)
             panel.tick_params(labelsize=7.5, pad=2)
             panel.grid(visible=False)
@@ -149,7 +146,7 @@ def draw(
         return ratios(values, reference, prior)[..., chosen]
 
     draws = ratio(posterior.draws)
-    correlation, draws = np.atleast_2d(np.corrcoef(draws.T)), draws[:: -(-len(draws) // DRAWS)]
+    correlation, draws = _correlation(draws), draws[:: -(-len(draws) // DRAWS)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
     width = np.where(high > low, high - low, 1.0)
     near = np.abs(1.0 - 0.5 * (low + high)) < 1.5 * width  # a reference that is far off does not stretch the axes
@@ -184,6 +181,16 @@ def draw(
         titles = [uncertain(value, sd) for value, sd in zip(draws.mean(axis=0), draws.std(axis=0), strict=True)]
         _frame(axis, panels, names, titles)
         figure.legend(handles, words, loc="upper center", ncols=ncols, fontsize=8, borderaxespad=0.2)
+
+
+def _correlation(draws: np.ndarray) -> np.ndarray:
+    """(n, n) of draws (n_draws, n), zero with what is constant."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.nan_to_num(np.atleast_2d(np.corrcoef(draws.T)))
+
+
+def _signed(value: float, sign: str = "") -> str:
+    return f"{value:{sign}.2f}".replace("-", "\u2212")
 
 
 class _Panels:
@@ -253,9 +260,9 @@ def _draw_correlations(axis, correlation) -> None:
     for row, column in zip(*np.triu_indices(len(correlation), 1), strict=True):
         rho = correlation[row, column]
         corners = _CORNERS + np.array([column, row])
-        axis.add_collection(PolyCollection([corners], fc=colormaps["RdBu_r"](0.5 + 0.5 * rho), lw=0))
+        axis.add_collection(PolyCollection([corners], fc=style.CORRELATION(0.5 + 0.5 * rho), lw=0))
         look = {"ha": "center", "va": "center", "fontsize": 9.0, "color": style.on_colour(rho)}
-        axis.text(column + 0.5 * SIDE, row + 0.5 * SIDE, f"{rho:.2f}".replace("-", "\u2212"), look)
+        axis.text(column + 0.5 * SIDE, row + 0.5 * SIDE, _signed(rho), look)
 
 
 def _draw_reference(axis, place) -> None:

@@ -9,45 +9,43 @@ from matplotlib.patches import Patch
 from bayesub.inference.identifiability import Spectrum
 from bayesub.io.words import cell
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import ROWS, Found, found_handles, labels
+from bayesub.report.plots.coefficients import Found, found_handles, labels
 from bayesub.report.plots.style import Equations, Paths
 
 AXES = {"X": "#BFD9EA", "Y": "#FBD9A5", "Z": "#C9E8DD", "K": "#EAD3E0", "M": "#F5C9AE", "N": "#D9D9F3"}  # of bars
 OTHER = "#E3E3E3"  # of what is no coefficient
-NAMED = 0.09  # share of a direction from which an entry has its name
+ROWS = 30  # of a ladder, at most
+_LETTER = 0.013  # share of a direction that a letter of a name takes
 SMALL = 0.02  # share below which entries are drawn as one
 _ROW = 0.235  # inches
+_SIGNS = str.maketrans(dict.fromkeys("$\\{}_'"))  # of a formula
 _SPACE = "\u2007"  # as wide as a digit
 _FURTHEST = 10.0  # prior sds, beyond which solutions are at the edge
 
 
 def draw_known(path: Paths, names: Sequence[str], posterior: np.ndarray, conditional: np.ndarray) -> None:
-    """A row for each coefficient, those that gain most first: its posterior sd, and that if all others were known.
+    """A row for each of the ROWS coefficients that gain most: its posterior sd, and that if all others were known.
 
     `names`: (n,) labels; `posterior` and `conditional`: (n,) standard deviations, in those of the prior.
     """
     gains = np.maximum(posterior / conditional, 1.0)
-    order = np.argsort(-gains, kind="stable")
-    n_panels = -(-len(names) // ROWS)
-    length = -(-len(names) // n_panels)
-    with style.figure(path, 7.4 * n_panels, _ROW * length + 1.25) as figure:
-        panels = figure.subplots(1, n_panels, squeeze=False, sharex=True)[0]
-        for panel, rows in zip(panels, np.array_split(order, n_panels), strict=True):
-            y = np.arange(len(rows))
-            panel.hlines(y, conditional[rows], posterior[rows], color=style.WEAK, lw=2.0)
-            panel.plot(np.ones(len(rows)), y, "|", ms=9, mew=2.5, color="#9A9A9A", label="prior")
-            panel.plot(posterior[rows], y, "o", ms=6, mew=0, color=style.POSTERIOR, label="posterior")
-            look = {"ms": 6, "mew": 0, "color": style.WEAK}
-            panel.plot(conditional[rows], y, "D", **look, label="posterior if all others were known")
-            panel.set_xscale("log")
-            panel.set_yticks(y, [names[k] for k in rows])
-            panel.set_ylim(length - 0.4, -0.6)
-            panel.grid(axis="y", visible=False)
-            panel.set_xlabel("standard deviation, in those of the prior")
-            words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{_multiple(gains[k])}" for k in rows]
-            style.write_beside(panel, y, words, r"gain        $R^2$")
-        handles, words = panels[0].get_legend_handles_labels()
-        figure.legend(handles, words, loc="outside upper center", ncols=3, fontsize=8.5)
+    rows = np.argsort(-gains, kind="stable")[:ROWS]
+    y = np.arange(len(rows))
+    with style.figure(path, 7.4, _ROW * len(rows) + 1.0) as figure:
+        axis = figure.subplots()
+        axis.hlines(y, conditional[rows], posterior[rows], color=style.WEAK, lw=2.0)
+        axis.plot(np.ones(len(rows)), y, "|", ms=9, mew=2.5, color="#9A9A9A", label="prior")
+        axis.plot(posterior[rows], y, "o", ms=6, mew=0, color=style.POSTERIOR, label="posterior")
+        look = {"ms": 6, "mew": 0, "color": style.WEAK}
+        axis.plot(conditional[rows], y, "D", **look, label="posterior if all others were known")
+        axis.set_xscale("log")
+        axis.set_yticks(y, [names[k] for k in rows])
+        axis.set_ylim(len(rows) - 0.4, -0.6)
+        axis.grid(axis="y", visible=False)
+        axis.set_xlabel("standard deviation, in those of the prior")
+        words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{_multiple(gains[k])}" for k in rows]
+        style.write_beside(axis, y, words, "gain        $R^2$")
+        style.legend_above(figure, axis.get_legend_handles_labels()[0])
 
 
 def _multiple(gain: float) -> str:
@@ -97,6 +95,7 @@ def draw_directions(
         left.set_ylabel("direction" if n <= ROWS else f"direction; {n - len(chosen)} between are left out")
         axes = [_axis(name, equations) for name in spectrum.names]
         names = labels(spectrum.names, equations) if equations else [style.plain(name) for name in spectrum.names]
+        names = [name.partition(" (")[0] for name in names]  # without units
         _draw_composition(right, spectrum.directions[chosen], names, axes)
         style.legend_above(figure, [*left.get_legend_handles_labels()[0], *found_handles(found, beyond)])
         colours = [Patch(color=AXES.get(axis, OTHER), label=axis) for axis in dict.fromkeys([*axes, "other"])]
@@ -130,7 +129,7 @@ def _draw_composition(axis: Axes, directions: np.ndarray, names: Sequence[str], 
         axis.barh(row, 1.0 - begins[-1], 0.82, begins[-1], color=OTHER, lw=0)
         for j, begin in zip(order, begins, strict=False):
             axis.barh(row, shares[j], 0.82, begin, color=AXES.get(axes[j], OTHER), ec="white", lw=0.6)
-            if shares[j] > NAMED:
+            if shares[j] > _LETTER * (len(names[j].replace("delta", "").translate(_SIGNS)) + 3):
                 sign = "+" if direction[j] > 0.0 else "\u2212"
                 look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": style.DARK}
                 axis.text(begin + 0.5 * shares[j], row, f"{sign} {names[j]}", look)

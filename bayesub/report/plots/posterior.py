@@ -24,7 +24,7 @@ NUMBERS = 0.5  # correlation from which its number is written
 FEW = 6  # parameters that are all drawn
 ROWS = 60  # that can be read below each other
 MOST = 30  # parameters of one map
-_CELL, _WHOLE, _PAGE, _BAR = 0.29, 4.2, 9.0, 0.9  # inches, of a map: a cell, that without names, a row, colour bar
+_CELL, _WHOLE, _PAGE, _BAR = 0.29, 4.2, 11.6, 0.9  # inches, of a map: a cell, that without names, a row, colour bar
 _LEFT, _RIGHT, _BOTTOM, _TOP, _ROW = 1.6, 0.1, 0.5, 0.35, 0.22  # inches, of a figure of rows
 
 
@@ -62,7 +62,7 @@ def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray,
     groups = clustered(names, correlation, equations)
     blocks = [np.concatenate(groups)]
     if len(names) > MOST:
-        blocks += [group for group in groups if len(group) > 1]
+        blocks += sorted((group for group in groups if len(group) > 1), key=len, reverse=True)
     beside = 0.75 if all(name in equations.index for name in names) else 1.5  # of names
     sizes = [_CELL * len(block) + beside for block in blocks]
     if len(blocks) > 1:
@@ -75,7 +75,9 @@ def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray,
             inches = np.array([left + edge, height - top - size + edge, size - edge - 0.1, size - edge - 0.1])
             axis = figure.add_axes(tuple(inches / ([width + _BAR, height] * 2)))
             of_block = correlation[np.ix_(block, block)]
-            image = axis.imshow(np.where(np.eye(len(block)) > 0.0, np.nan, of_block), cmap="RdBu_r", vmin=-1, vmax=1)
+            image = axis.imshow(
+                np.where(np.eye(len(block)) > 0.0, np.nan, of_block), cmap=style.CORRELATION, vmin=-1, vmax=1
+            )
             axis.grid(visible=False)
             axis.spines[:].set_visible(False)
             some = [names[k] for k in block]

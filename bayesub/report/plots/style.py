@@ -26,6 +26,7 @@ VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
 DARK, LIGHT = "#010101", "#FEFEFE"  # text on colours, which a page that is dark leaves as it is
 PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
+CORRELATION = mpl.colormaps["RdBu_r"].resampled(81)  # few enough colours for the palette of a PNG, letters included
 NAMES = 10.0  # size of the names of coefficients
 
 _COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value

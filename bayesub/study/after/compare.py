@@ -130,4 +130,5 @@ def _compared(label: str, run: FinishedRun, posed: PosedTrial | InputError, draw
     }
     others = {key: value for key, value in settings(run.config).items() if key.partition(".")[0] not in _UNTOLD}
     others["sources_sha256"] = others["sources_sha256"][:_DIGITS]
-    return ComparedRun(label, run.vehicle, run.posterior, about, others, prediction, why_not)
+    sds = {row["name"]: row["conditional_sd"] for row in run.rows if "conditional_sd" in row}
+    return ComparedRun(label, run.vehicle, run.posterior, about, others, prediction, why_not, sds)

@@ -38,7 +38,7 @@ def drawn(monkeypatch):
 
 
 def test_what_trades_off_is_chosen_strongest_pairs_first():
-    pairs = [(2 * k, 2 * k + 1, 0.9 - 0.1 * k) for k in range(8)]
+    pairs = [(2 * k, 2 * k + 1, 0.95 - 0.1 * k) for k in range(8)]
     some = correlation_of(20, pairs)
     assert list(corner.strong_pairs(some)) == [(2 * k, 2 * k + 1) for k in range(7)]  # those of 0.3 and more
     assert corner.trading(some).tolist() == list(range(corner.PARAMETERS))
