@@ -243,8 +243,10 @@ def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) ->
     """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
     rows = [
         row
-        | {"words": " to ".join(derived.in_words(row["posterior"]["q5"], row["posterior"]["q95"]))}
-        | {"prior_words": derived.in_words(row["prior"]["q5"], row["prior"]["q95"])}
+        | {
+            key: " to ".join(derived.in_words(row[which]["q5"], row[which]["q95"]))
+            for key, which in (("words", "posterior"), ("prior_words", "prior"))
+        }
         for row in found["quantities"]
         if row["width_ratio"] is not None
     ]
