@@ -29,7 +29,10 @@ QUICK_CASES = (("suboff", "horizontal"),)
 # 1e-9 sd at most, so 1e-18 a reading and 1e-14 over a few thousand.
 FLAT = 1e-12
 CANCELS = 10.0  # an order of magnitude; the thesis has 42 between its largest term and the sum
-CANCELLATION = "force errors of a set that SQP stopped at, over time. Terms err far more than their sum (black)."
+CANCELLATION = (
+    "force errors of a set that SQP stopped at, over time, on the axes where they cancel most. Terms err far more than "
+    "their sum (black)."
+)
 FIGURES = {
     "cancellation_suboff_horizontal": f"suboff horizontal: {CANCELLATION}",
     "cancellation_*": f"{{}}: {CANCELLATION}",

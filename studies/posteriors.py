@@ -41,6 +41,7 @@ from thesis import cases
 N_SETS, MAX_ITERATIONS, MAX_STEPS = 50, 500, 20_000
 QUICK, QUICK_CASES = (5, 60, 400), (("npsauv", "horizontal"),)
 MOST, UNSEEN, DRAG, KEPT = 0.9, 0.8, 0.02, 0.4  # of the claim
+SHOWN = 13  # sets at most of a group in the figures of a case
 CHANCE = 0.05  # with which a few sets may fall short of it
 SETS = {  # group of sets -> label, marker, colour
     "starts": ("starts of SQP", "o", "#909090"),
@@ -67,7 +68,7 @@ FIGURES = {
     "of it.",
     "contraction": "Posterior sd over prior sd of every coefficient in every case, best known first. One (pale) means "
     "that the trial said nothing; empty cells have no part in the motion.",
-    "coefficients_*": "{}: prior (grey), posterior (blue) and the sets of SQP, as ratios to the truth. Added masses "
+    "coefficients_*": "{}: prior (grey), posterior (blue) and sets of SQP, as ratios to the truth. Added masses "
     "that SQP held are no result of it.",
     "distances": "How far out SQP's sets and the truth lie, over what holds 95 % of the posterior, by three measures.",
     "correlations_*": "{}: posterior correlations of the coefficients that have strong ones.",
@@ -121,18 +122,20 @@ def scatter_of(arrays, n_null, groups):
 
 def draw_case(run, name, case, arrays):
     """Coefficients, trade-offs and correlations of one case."""
-    names, reference, some = case["names"], arrays["reference"], arrays["chosen"]
+    names, reference = case["names"], arrays["reference"]
     prior = Normal(arrays["prior_mean"], arrays["prior_sd"])
     found = []
     for group in ("exact", "noisy"):
-        fits = np.array(case["places"][group]["chi_square"]) <= 1.0
-        good, values = np.repeat(fits[:, None], len(names), axis=1), plots.identified(arrays[group], reference)
-        label, *look = SETS[group]
-        found.append(coefficients.Found(f"{label}: {fits.sum()} of {len(fits)} fit", values, fits, good, *look))
+        fits, (label, *look) = np.array(case["places"][group]["chi_square"]) <= 1.0, SETS[group]
+        label = f"{label}: {fits.sum()} of {len(fits)} fit"
+        some = slice(None, None, -(-len(fits) // SHOWN))  # all would cover the intervals
+        values, fits = plots.identified(arrays[group], reference)[some], fits[some]
+        found.append(coefficients.Found(label, values, fits, np.repeat(fits[:, None], len(names), axis=1), *look))
     whole = SimpleNamespace(names=names, mean=arrays["mean"], sd=arrays["sd"], quantiles=lambda _: arrays["quantiles"])
     word = "truth" if case["converged"] else "truth; NOT CONVERGED"
     path = run.figure(f"coefficients_{name}")
     coefficients.draw(path, whole, prior, reference, found, word, EQUATIONS)
+    some = arrays["chosen"]
     draws = SimpleNamespace(names=tuple(np.array(names)[some]), draws=arrays["draws"].astype(float))
     prior = Normal(prior.mean[some], prior.sd[some])
     exact = replace(found[0], values=found[0].values[:, some], good=found[0].good[:, some])

@@ -13,7 +13,7 @@ from thesis import cases
 N_DRAWS = 4000  # of the posterior, whose fit is computed
 REGION = 0.95
 TRADE_OFF = 0.9  # correlation
-CORNER = 8  # coefficients at most
+CORNER = 6  # coefficients at most
 MEASURES = ("distance", "chi_square", "density")
 GROUPS = ("starts", "exact", "noisy")  # of sets
 
@@ -134,7 +134,7 @@ def strongest_pairs(correlation: np.ndarray) -> np.ndarray:
 
 
 def trade_off_group(correlation: np.ndarray) -> np.ndarray:
-    """Positions of at most eight coefficients: those of the strongest correlations."""
+    """Positions of at most CORNER coefficients: those of the strongest correlations."""
     chosen = {}
     for pair in strongest_pairs(correlation).tolist():
         if len(chosen | dict.fromkeys(pair)) > CORNER:
