@@ -151,10 +151,14 @@ def draw(
     width = np.where(high > low, high - low, 1.0)
     near = np.abs(1.0 - 0.5 * (low + high)) < 1.5 * width  # a reference that is far off does not stretch the axes
     low, high = np.where(near, np.minimum(low, 1.0), low), np.where(near, np.maximum(high, 1.0), high)
-    panels = _Panels(low - 0.05 * width, high + 0.05 * width)
-    quantiles = ratio([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
-    circle = [ratio([prior.quantiles(special.ndtr(t)) for t in side]) for side in _CIRCLE]
-    beyond = [np.any(np.abs(panels.place(ratio(one.values)) - 0.5) > 0.5, axis=1).sum() for one in found]
+    low, high = low - 0.05 * width, high + 0.05 * width
+
+    def place(values):  # in units of panels, of which each is one wide with its gap
+        return (ratio(values) - low) / (high - low)
+
+    quantiles = place([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
+    circle = [place([prior.quantiles(special.ndtr(t)) for t in side]) for side in _CIRCLE]
+    beyond = [np.any(np.abs(place(one.values) - 0.5) > 0.5, axis=1).sum() for one in found]
     handles = _handles(found, beyond, word)
     words = [handle.get_label() for handle in handles]
     side = float(np.clip(6.4 / n, 0.8, 1.25))
@@ -166,20 +170,23 @@ def draw(
         axis = figure.subplots()
         axis.set(frame_on=False)
         axis.grid(visible=False)
-        draw_joint(axis, panels.place(draws))
-        _draw_marginals(axis, panels.place(draws), panels.place(quantiles))
-        axis.plot(*panels.pairs(*circle), **_EDGE)
-        _draw_correlations(axis, correlation)
-        _draw_reference(axis, panels.place(np.ones(n)))
         rows, columns = np.tril_indices(n, -1)
-        for one in found:
-            place = panels.place(ratio(one.values))
-            good = one.good[:, chosen]
-            both = good[:, columns] & good[:, rows]
-            at = np.stack([columns, rows])[:, None].repeat(len(place), axis=1)
-            _draw_points(axis, one, place[:, columns], place[:, rows], both, at)
         titles = [uncertain(value, sd) for value, sd in zip(draws.mean(axis=0), draws.std(axis=0), strict=True)]
-        _frame(axis, panels, names, titles)
+        draws = (draws - low) / (high - low)
+        for row, column in zip(rows, columns, strict=True):
+            contours(axis, np.stack([column + SIDE * draws[:, column], row + SIDE * (1.0 - draws[:, row])], axis=1))
+        _draw_marginals(axis, draws, quantiles)
+        x, y = circle[0][:, columns], circle[1][:, rows]
+        inside = (np.abs(x - 0.5) < 0.5) & (np.abs(y - 0.5) < 0.5)
+        x, y = (np.where(inside, at, np.nan) for at in (columns + SIDE * x, rows + SIDE * (1.0 - y)))
+        axis.plot(x, y, **_EDGE)
+        _draw_correlations(axis, correlation)
+        _draw_reference(axis, (1.0 - low) / (high - low))
+        for one in found:
+            points, good = place(one.values), one.good[:, chosen]
+            at = np.stack([columns, rows])[:, None].repeat(len(points), axis=1)
+            _draw_points(axis, one, points[:, columns], points[:, rows], good[:, columns] & good[:, rows], at)
+        _frame(axis, low, high, names, titles)
         figure.legend(handles, words, loc="upper center", ncols=ncols, fontsize=8, borderaxespad=0.2)
 
 
@@ -191,24 +198,6 @@ def _correlation(draws: np.ndarray) -> np.ndarray:
 
 def _signed(value: float, sign: str = "") -> str:
     return f"{value:{sign}.2f}".replace("-", "\u2212")
-
-
-class _Panels:
-    """Limits (n,) of n panels, of which each is one unit wide with its gap."""
-
-    def __init__(self, low: np.ndarray, high: np.ndarray) -> None:
-        self.low, self.high = low, high
-
-    def place(self, values: np.ndarray) -> np.ndarray:
-        """Values (.., n) in units of their panels, of which they may be outside."""
-        return (values - self.low) / (self.high - self.low)
-
-    def pairs(self, across: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """x and y (.., n_pairs) of values (.., n) across and up, in every panel below the diagonal; nan outside."""
-        rows, columns = np.tril_indices(len(self.low), -1)
-        x, y = self.place(across)[..., columns], self.place(up)[..., rows]
-        outside = (x < 0.0) | (x > 1.0) | (y < 0.0) | (y > 1.0)
-        return np.where(outside, np.nan, columns + SIDE * x), np.where(outside, np.nan, rows + SIDE * (1.0 - y))
 
 
 def contours(axis: Axes, points: np.ndarray) -> None:
@@ -233,12 +222,6 @@ def contours(axis: Axes, points: np.ndarray) -> None:
     if levels[0] < levels[1] < ordered[0]:
         axis.contourf(x, y, density, [*levels, 1.01 * ordered[0]], colors=[_PALE, style.POSTERIOR])
         axis.contour(x, y, density, levels, colors=style.POSTERIOR, linewidths=0.9)
-
-
-def draw_joint(axis: Axes, draws: np.ndarray) -> None:
-    """Contours of draws (n_draws, n), in units of panels, for each pair."""
-    for row, column in zip(*np.tril_indices(draws.shape[1], -1), strict=True):
-        contours(axis, np.stack([column + SIDE * draws[:, column], row + SIDE * (1.0 - draws[:, row])], axis=1))
 
 
 def _draw_marginals(axis, draws, quantiles) -> None:
@@ -266,14 +249,10 @@ def _draw_correlations(axis, correlation) -> None:
 
 
 def _draw_reference(axis, place) -> None:
-    """Lines at places (n,) in units of panels."""
-    seen = (place >= 0.0) & (place <= 1.0)
-    rows, columns = np.tril_indices(len(place))
-    upright, level = seen[columns], seen[rows] & (rows != columns)
-    look = {"color": style.TRUTH, "lw": 0.7}
-    top = rows + 0.16 * (rows == columns)  # below the title of a marginal
-    axis.vlines((columns + SIDE * place[columns])[upright], top[upright], (rows + SIDE)[upright], **look)
-    axis.hlines((rows + SIDE * (1 - place[rows]))[level], columns[level], (columns + SIDE)[level], **look)
+    """Lines at places (n,) in units of panels, down and to the left, from below the title of a marginal."""
+    for k in np.flatnonzero((place >= 0.0) & (place <= 1.0)):
+        axis.vlines(k + SIDE * place[k], k + 0.16, len(place) - GAP, color=style.TRUTH, lw=0.7)
+        axis.hlines(k + SIDE * (1.0 - place[k]), 0.0, max(k - GAP, 0.0), color=style.TRUTH, lw=0.7)
 
 
 def _draw_points(axis, one, x, y, good, at=None, **look) -> int:
@@ -298,7 +277,7 @@ def _draw_points(axis, one, x, y, good, at=None, **look) -> int:
     return int(np.count_nonzero(kinds < 4))
 
 
-def _frame(axis, panels, names, titles) -> None:
+def _frame(axis, lows, highs, names, titles) -> None:
     """Frames of the panels, ticks and names at the left and below, titles within the diagonal."""
     n, locator = len(names), MaxNLocator(3)
     rows, columns = np.tril_indices(n)
@@ -306,7 +285,7 @@ def _frame(axis, panels, names, titles) -> None:
     axis.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors=style.TRUTH, linewidths=0.6))
     axis.set(xlim=(-0.005, n - GAP + 0.005), ylim=(n - GAP + 0.005, -0.005))  # contours have set them
     places, words = [], []
-    for low, high in zip(panels.low, panels.high, strict=True):
+    for low, high in zip(lows, highs, strict=True):
         ticks = [t for t in locator.tick_values(low, high) if 0.12 < (t - low) / (high - low) < 0.88]
         texts = [f"{t:.5g}" for t in ticks]
         some = slice(None, None, 2 if len(ticks) > 2 and max(map(len, texts)) > 3 else 1)

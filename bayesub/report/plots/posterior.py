@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
 
 from bayesub.io.words import with_unit
 from bayesub.report.plots import style
@@ -24,7 +25,7 @@ NUMBERS = 0.5  # correlation from which its number is written
 FEW = 6  # parameters that are all drawn
 ROWS = 60  # that can be read below each other
 MOST = 30  # parameters of one map
-_CELL, _WHOLE, _PAGE, _BAR = 0.29, 4.2, 11.6, 0.9  # inches, of a map: a cell, that without names, a row, colour bar
+_CELL, _BLOCK = 0.29, 3.3  # inches, of a map: a cell, and one of several maps with its names
 _LEFT, _RIGHT, _BOTTOM, _TOP, _ROW = 1.6, 0.1, 0.5, 0.35, 0.22  # inches, of a figure of rows
 
 
@@ -39,84 +40,58 @@ def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[st
 
 def clustered(names: Sequence[str], correlation: np.ndarray, equations: Equations) -> list[np.ndarray]:
     """Positions of the parameters of each axis, and of others, those that are correlated beside each other."""
-    groups = np.split(np.arange(len(names)), borders(names, equations))
-    return [group[_leaves(np.abs(correlation[np.ix_(group, group)]))] for group in groups]
-
-
-def _leaves(sizes: np.ndarray) -> np.ndarray:
-    """The order in which sizes of correlations (n, n) join."""
-    if len(sizes) < 3:
-        return np.arange(len(sizes))
     from scipy.cluster import hierarchy
 
-    apart = np.clip(1.0 - sizes, 0.0, 1.0)[np.triu_indices(len(sizes), 1)]
-    return hierarchy.leaves_list(hierarchy.linkage(apart, "average", optimal_ordering=True))
+    groups = np.split(np.arange(len(names)), borders(names, equations))
+    for k, group in enumerate(groups):
+        if len(group) > 2:
+            apart = 1.0 - np.minimum(np.abs(correlation[np.ix_(group, group)]), 1.0)[np.triu_indices(len(group), 1)]
+            groups[k] = group[hierarchy.leaves_list(hierarchy.linkage(apart, "average", optimal_ordering=True))]
+    return groups
 
 
 def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray, equations: Equations) -> None:
     """Heat map of the correlations (n, n) of parameters that have strong ones; `equations` are the coefficients'.
 
-    Of many parameters the whole is small and without names, and a block an axis beside it.
+    Of many parameters the whole has axes for names, and a block an axis beside it.
     """
     names, correlation = strong_block(names, correlation)
     groups = clustered(names, correlation, equations)
-    blocks = [np.concatenate(groups)]
-    if len(names) > MOST:
-        blocks += sorted((group for group in groups if len(group) > 1), key=len, reverse=True)
-    beside = 0.75 if all(name in equations.index for name in names) else 1.5  # of names
-    sizes = [_CELL * len(block) + beside for block in blocks]
-    if len(blocks) > 1:
-        sizes[0] = _WHOLE
-    places, width, height = _packed(sizes, max(_PAGE, *sizes))
-    with style.figure(path, width + _BAR, height, (0, 0, 0, 0)) as figure:
-        for block, (left, top), size in zip(blocks, places, sizes, strict=True):
-            named = len(blocks) == 1 or size is not sizes[0]
-            edge = beside if named else 0.3
-            inches = np.array([left + edge, height - top - size + edge, size - edge - 0.1, size - edge - 0.1])
-            axis = figure.add_axes(tuple(inches / ([width + _BAR, height] * 2)))
-            of_block = correlation[np.ix_(block, block)]
-            image = axis.imshow(
-                np.where(np.eye(len(block)) > 0.0, np.nan, of_block), cmap=style.CORRELATION, vmin=-1, vmax=1
-            )
-            axis.grid(visible=False)
-            axis.spines[:].set_visible(False)
-            some = [names[k] for k in block]
-            ends = [0, *borders(some, equations), len(some)]
-            for k in ends[1:-1]:
-                axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
-                axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
-            if named:
-                words = labels(some, equations)
-                axis.set_xticks(range(len(some)), words, rotation=90, fontsize=style.NAMES)
-                axis.set_yticks(range(len(some)), words, fontsize=style.NAMES)
-                _write_numbers(axis, of_block)
-            else:
-                middles = [0.5 * (a + b - 1) for a, b in pairwise(ends)]
-                words = [equations.term(some[a]).axis if some[a] in equations.index else "" for a in ends[:-1]]
-                axis.set_xticks(middles, words)
-                axis.set_yticks(middles, words)
-        bar = figure.add_axes(((width + 0.08) / (width + _BAR), 0.35, 0.12 / (width + _BAR), 0.5))
-        figure.colorbar(image, cax=bar, label="posterior correlation")
+    whole, blocks = np.concatenate(groups), [group for group in groups if len(group) > 1]
+    shown = [whole, *blocks] if len(names) > MOST else [whole]
+    rows = 2 if len(shown) > 1 else 1
+    columns = -(-len(shown) // rows)
+    size = _BLOCK if rows > 1 else max(3.6, _CELL * len(names) + 0.9)
+    with style.figure(path, size * columns + 1.2, size * rows) as figure:
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for panel, members in zip(panels, shown, strict=False):
+            some = [names[k] for k in members]
+            image = _draw_map(panel, some, correlation[np.ix_(members, members)], equations)
+        for panel in panels[len(shown) :]:
+            panel.set_visible(False)
+        figure.colorbar(image, ax=[*panels], shrink=0.6, pad=0.02, label="posterior correlation")
 
 
-def _packed(sizes: Sequence[float], width: float) -> tuple[list[tuple[float, float]], float, float]:
-    """Left and top of squares in rows that are so wide, and width and height of all."""
-    places, left, top, row = [], 0.0, 0.0, 0.0
-    for size in sizes:
-        if left + size > width:
-            left, top, row = 0.0, top + row, 0.0
-        places.append((left, top))
-        left, row = left + size, max(row, size)
-    return places, max(place[0] + size for place, size in zip(places, sizes, strict=True)), top + row
-
-
-def _write_numbers(axis: Axes, correlation: np.ndarray) -> None:
-    """Where a correlation is large."""
-    for row, column in np.argwhere(np.abs(correlation) >= NUMBERS):
-        if row != column:
-            rho = correlation[row, column]
-            look = {"ha": "center", "va": "center", "fontsize": 6.5, "color": style.on_colour(rho)}
-            axis.text(column, row, f"{rho:.2f}".replace("0.", ".").replace("-", "\u2212"), look)
+def _draw_map(axis, names, correlation, equations) -> AxesImage:
+    """One map, with numbers where a correlation is large; of many parameters with axes in place of names."""
+    n, ends = len(names), [0, *borders(names, equations), len(names)]
+    axis.grid(visible=False)
+    axis.spines[:].set_visible(False)
+    for k in ends[1:-1]:
+        axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
+        axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
+    places, words = np.arange(n), labels(names, equations)
+    if n > MOST:
+        places = np.array([0.5 * (a + b - 1) for a, b in pairwise(ends)])
+        words = [equations.term(names[k]).axis if names[k] in equations.index else "" for k in ends[:-1]]
+    axis.set_xticks(places, words, rotation=90, fontsize=style.NAMES)
+    axis.set_yticks(places, words, fontsize=style.NAMES)
+    for row, column in np.argwhere((np.abs(correlation) >= NUMBERS) & ~np.eye(n, dtype=bool) & (n <= MOST)):
+        rho = correlation[row, column]
+        look = {"ha": "center", "va": "center", "fontsize": 6.5, "color": style.on_colour(rho)}
+        axis.text(column, row, f"{rho:.2f}".replace("0.", ".").replace("-", "\u2212"), look)
+    others = np.where(np.eye(n, dtype=bool), np.nan, correlation)
+    return axis.imshow(others, cmap=style.CORRELATION, vmin=-1, vmax=1)
 
 
 def draw_nuisance(path: Paths, posterior: Posterior, prior: Prior, reference: np.ndarray, n_coefficients: int) -> None:

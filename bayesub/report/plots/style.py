@@ -26,10 +26,10 @@ VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
 DARK, LIGHT = "#010101", "#FEFEFE"  # text on colours, which a page that is dark leaves as it is
 PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
-CORRELATION = mpl.colormaps["RdBu_r"].resampled(81)  # few enough colours for the palette of a PNG, letters included
+CORRELATION = mpl.colormaps["RdBu_r"].resampled(61)  # few enough colours for the palette of a PNG, letters included
 NAMES = 10.0  # size of the names of coefficients
 
-_COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value
+_COLOURS, _EXACT, _WHITE = 256, 100, 0xFFFFFF  # of a PNG, and those among them that keep their value
 _PARSERS: dict[str, Any] = {}  # one for all PNGs: what one has set in a size the next need not parse
 _COMPRESSION = 8  # level 9 takes twice as long and saves a twentieth
 _SETTINGS: dict[Any, Any] = {
@@ -190,12 +190,15 @@ def save(drawing: Figure, path: Paths) -> None:
 def quantise(picture: Image.Image) -> Image.Image:
     """A picture with a palette of 256 colours, a third of the size of one in full colour.
 
-    The commonest colours keep their value. The others are divided by how much they differ and not by how common they
-    are, so that the gradient of a colour bar has no steps.
+    The colours of areas keep their value, the largest first, which edges of letters are not. The others are divided by
+    how much they differ and not by how common they are, so that the gradient of a colour bar has no steps.
     """
-    picture = picture.convert("RGB")
-    counts = sorted(picture.getcolors(picture.width * picture.height) or [], reverse=True)
+    code = _code(np.asarray(picture.convert("RGB")))
+    area = (code[:, 1:-1] == code[:, :-2]) & (code[:, 1:-1] == code[:, 2:]) & (code[:, 1:-1] != _WHITE)
+    sizes = {_WHITE: code.size} | dict(zip(*np.unique(code[:, 1:-1][area], return_counts=True), strict=True))
+    counts = picture.convert("RGB").getcolors(code.size) or []
     colours = np.array([colour for _, colour in counts], dtype=np.uint8)
+    colours = colours[np.argsort([-sizes.get(one, 0) for one in _code(colours)], kind="stable")]
     palette, places = colours[:_COLOURS], np.arange(len(colours))
     if len(colours) > _COLOURS:
         others = Image.fromarray(colours[None, _EXACT:]).quantize(_COLOURS - _EXACT, dither=Image.Dither.NONE)
@@ -203,7 +206,7 @@ def quantise(picture: Image.Image) -> Image.Image:
         places[_EXACT:] = _EXACT + np.asarray(others)[0]
     table = np.empty(1 << 24, dtype=np.uint8)  # place in the palette of each colour there is
     table[_code(colours)] = places
-    result = Image.fromarray(table[_code(np.asarray(picture))])
+    result = Image.fromarray(table[code])
     result.putpalette(palette.tobytes())
     return result
 
