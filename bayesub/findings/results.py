@@ -53,16 +53,14 @@ class Results:
 
     @cached_property
     def null_sds(self) -> np.ndarray:
-        """(2, n_params) mean and sd along each direction of the spectrum where the data say nothing of it.
+        """(n_params,) sd along each direction of the spectrum where the data say nothing of it, in prior sds.
 
-        In prior sds from the prior mean: 0 and 1, but for null directions what the prior alone makes of them beside
-        what the data say of all others.
+        That is 1, and of null directions what the prior alone makes of them beside what the data say of all others.
         """
-        spectrum, summary, null = self.spectrum, self.summary, self._null
-        result = np.outer([0.0, 1.0], np.ones(len(spectrum.names)))
-        steps = spectrum.directions[null] * spectrum.prior_sd
-        mean, sd = kept(self.problem.prior_of_others, summary.draws, steps, self._null_coordinates)
-        result[:, null] = mean - self._null_coordinates @ summary.prior_mean, sd
+        spectrum, result = self.spectrum, np.ones(len(self.spectrum.names))
+        steps = spectrum.directions[self._null] * spectrum.prior_sd
+        prior, draws = self.problem.prior_of_others, self.summary.draws
+        result[self._null] = kept(prior, draws, steps, self._null_coordinates)
         return result
 
     @property
@@ -76,7 +74,7 @@ class Results:
     @cached_property
     def null_contraction(self) -> np.ndarray:
         """(n_null,) posterior sd along each null direction over what the prior alone makes of it: 1 is right."""
-        return (self.summary.draws @ self._null_coordinates.T).std(axis=0, ddof=1) / self.null_sds[1, self._null]
+        return (self.summary.draws @ self._null_coordinates.T).std(axis=0, ddof=1) / self.null_sds[self._null]
 
     @cached_property
     def correlation(self) -> np.ndarray:

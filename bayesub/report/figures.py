@@ -157,7 +157,7 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
 def _directions(results, found) -> ReportFigure:
     """Each direction of the spectrum, with what the posterior knows along it and what solutions do."""
     spectrum, sample = results.spectrum, results.summary
-    before, coordinates = results.null_sds[1], spectrum.coordinates
+    before, coordinates = results.null_sds, spectrum.coordinates
 
     def along(values):
         return (values - sample.mean) / spectrum.prior_sd @ coordinates.T / before

@@ -39,19 +39,17 @@ class Found:
     colour: str = style.SQP
 
 
-def found_handles(found: Sequence[Found], beyond: Sequence[int] | np.ndarray) -> list[Line2D]:
+def found_handles(found: Sequence[Found], beyond: Iterable[Any] = ()) -> list[Line2D]:
     """Of a legend: the marks of baselines, and what hollow ones and arrows are; `beyond`: number of arrows of each."""
-    handles = [
-        Line2D([], [], ls="", marker=one.marker, ms=5, mec=one.colour, mfc=one.colour if one.good.any() else "none",
-               label=one.label)
-        for one in found
-    ]  # fmt: skip
-    hollow = {"ls": "", "ms": 5, "mec": style.SQP, "mfc": "none"}
+    marks = [(one.marker, one.colour, one.label, bool(one.good.any())) for one in found]
     if any(not one.good.all() for one in found):
-        handles.append(Line2D([], [], marker="o", **hollow, label="hollow: no fit, or at a bound"))
-    if np.any(beyond):
-        handles.append(Line2D([], [], marker=">", **hollow, label=f"arrow: beyond the axes ({np.sum(beyond)})"))
-    return handles
+        marks.append(("o", style.SQP, "hollow: no fit, or at a bound", False))
+    if arrows := sum(beyond):
+        marks.append((">", style.SQP, f"arrow: beyond the axes ({arrows})", False))
+    return [
+        Line2D([], [], ls="", marker=marker, ms=5, mec=colour, mfc=colour if is_full else "none", label=label)
+        for marker, colour, label, is_full in marks
+    ]
 
 
 def labels(names: Iterable[str], equations: Equations) -> list[str]:

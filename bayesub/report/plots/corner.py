@@ -213,7 +213,7 @@ def contours(axis: Axes, points: np.ndarray) -> None:
     factor = np.array([[1.0, 0.0], [rho, max(np.sqrt(max(1.0 - rho**2, 0.0)), 1e-6)]])
     own = np.linalg.solve(factor, scaled.T)
     edges = np.linspace(-_CLOUD, _CLOUD, _CELLS + 1)
-    density = ndimage.gaussian_filter(np.histogram2d(*own, (edges, edges))[0], _SMOOTHING)
+    density = ndimage.gaussian_filter(np.histogram2d(own[0], own[1], [edges, edges])[0], _SMOOTHING)
     ordered = np.sort(density.ravel())[::-1]
     levels = [ordered[np.searchsorted(np.cumsum(ordered), share * ordered.sum())] for share in SHARES[::-1]]
     middles = 0.5 * (edges[1:] + edges[:-1])

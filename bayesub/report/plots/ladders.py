@@ -1,6 +1,7 @@
 """Two ladders on a logarithmic axis: of coefficients if all others were known, and of directions from stiff to null."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -36,8 +37,8 @@ def draw_known(path: Paths, names: Sequence[str], posterior: np.ndarray, conditi
         axis.hlines(y, conditional[rows], posterior[rows], color=style.WEAK, lw=2.0)
         axis.plot(np.ones(len(rows)), y, "|", ms=9, mew=2.5, color="#9A9A9A", label="prior")
         axis.plot(posterior[rows], y, "o", ms=6, mew=0, color=style.POSTERIOR, label="posterior")
-        look = {"ms": 6, "mew": 0, "color": style.WEAK}
-        axis.plot(conditional[rows], y, "D", **look, label="posterior if all others were known")
+        known = "posterior if all others were known"
+        axis.plot(conditional[rows], y, "D", ms=6, mew=0, color=style.WEAK, label=known)
         axis.set_xscale("log")
         axis.set_yticks(y, [names[k] for k in rows])
         axis.set_ylim(len(rows) - 0.4, -0.6)
@@ -115,9 +116,9 @@ def _draw_distances(axis: Axes, one: Found, chosen: np.ndarray) -> int:
     beyond = distances > _FURTHEST
     for some, marker in ((beyond, ">"), (~beyond, one.marker)):
         for shown, face in ((some & good, one.colour), (some & ~good, "none")):
-            look = {"ms": 3.4, "mec": one.colour, "mfc": face, "mew": 0.6, "ls": "", "zorder": 3}
+            look: dict[str, Any] = {"ms": 3.4, "mec": one.colour, "mfc": face, "mew": 0.6, "ls": "", "zorder": 3}
             axis.plot(np.minimum(distances, _FURTHEST)[shown], y[shown], marker, **look)
-    return np.count_nonzero(beyond)
+    return int(np.count_nonzero(beyond))
 
 
 def _draw_composition(axis: Axes, directions: np.ndarray, names: Sequence[str], axes: Sequence[str]) -> None:
@@ -131,7 +132,7 @@ def _draw_composition(axis: Axes, directions: np.ndarray, names: Sequence[str], 
             axis.barh(row, shares[j], 0.82, begin, color=AXES.get(axes[j], OTHER), ec="white", lw=0.6)
             if shares[j] > _LETTER * (len(names[j].replace("delta", "").translate(_SIGNS)) + 3):
                 sign = "+" if direction[j] > 0.0 else "\u2212"
-                look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": style.DARK}
+                look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": style.TRUTH}
                 axis.text(begin + 0.5 * shares[j], row, f"{sign} {names[j]}", look)
     axis.set_xlim(0.0, 1.0)
     axis.set_xticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])

@@ -24,7 +24,6 @@ WEAK = "#E69F00"
 NULL = "#CC79A7"
 VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
-DARK, LIGHT = "#010101", "#FEFEFE"  # text on colours, which a page that is dark leaves as it is
 PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
 CORRELATION = mpl.colormaps["RdBu_r"].resampled(61)  # few enough colours for the palette of a PNG, letters included
 NAMES = 10.0  # size of the names of coefficients
@@ -82,11 +81,8 @@ def legend_column(labels: Sequence[str]) -> float:
 
 def legend_columns(labels: Sequence[str], width: float) -> int:
     """How many columns of a legend fit a figure of that width, inches: four at most."""
-
-    def fits(n: int) -> bool:
-        return sum(legend_column(some) for some in np.array_split(labels, n)) < width
-
-    return next((n for n in range(min(4, len(labels)), 1, -1) if fits(n)), 1)
+    parts = ((n, np.array_split(labels, n)) for n in range(min(4, len(labels)), 1, -1))
+    return next((n for n, some in parts if sum(legend_column(part.tolist()) for part in some) < width), 1)
 
 
 def legend_above(figure: Figure, handles: Sequence[Any]) -> None:
@@ -111,7 +107,7 @@ def power(value: float) -> str:
 
 def on_colour(correlation: float) -> str:
     """The colour of a text on that of a correlation."""
-    return LIGHT if abs(correlation) > 0.72 else DARK
+    return "white" if abs(correlation) > 0.72 else TRUTH
 
 
 def show_whole(axis: Axes, values: np.ndarray) -> None:
@@ -133,8 +129,7 @@ def write_beside(axis: Axes, rows: Sequence[int] | np.ndarray, words: Sequence[s
     right.set_yticks(rows, words, fontsize=8)
     right.tick_params(length=0)
     right.spines[:].set_visible(False)
-    look = {"textcoords": "offset points", "fontsize": 8, "va": "bottom", "ha": "left"}
-    axis.annotate(title, (1.0, 1.0), (3.5, 1), "axes fraction", **look)
+    axis.annotate(title, (1.0, 1.0), (3.5, 1), "axes fraction", "offset points", fontsize=8, va="bottom")
 
 
 def look_from_above(axis: Axes, start: np.ndarray) -> None:
