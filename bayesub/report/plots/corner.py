@@ -7,6 +7,7 @@ and to render.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -92,8 +93,11 @@ def draw_pairs(
     names = star(posterior.names, np.concatenate([reference, np.ones(len(posterior.names) - n)]), equations)
     ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(_CIRCLE)}
     columns, rows = min(_COLUMNS, len(pairs)), -(-len(pairs) // _COLUMNS)
-    with style.figure(path, max(_PANEL * columns, 2.5 * _PANEL), (_PANEL + 0.08) * rows + 0.45) as figure:
-        panels = figure.subplots(rows, columns, squeeze=False)
+    width = max(_PANEL * columns, 2.5 * _PANEL)
+    margins = (0.55, 0.1, 0.45, 0.75) if np.max(pairs) < n else None  # other labels are to be measured
+    with style.figure(path, width, (_PANEL + 0.08) * rows + 0.55, margins) as figure:
+        space = {"wspace": 0.38, "hspace": 0.42} if margins else None
+        panels = figure.subplots(rows, columns, squeeze=False, gridspec_kw=space)
         beyond = np.zeros(len(found), dtype=int)
         for panel, (i, j) in zip(panels.flat, pairs, strict=False):
             both = [i, j]
@@ -121,7 +125,8 @@ def draw_pairs(
             panel.grid(visible=False)
         for panel in panels.flat[len(pairs) :]:
             panel.set_visible(False)
-        style.legend_above(figure, _handles(found, beyond, word))
+        shown = [replace(one, good=one.good[:, np.unique(pairs)]) for one in found]
+        style.legend_above(figure, _handles(shown, beyond, word))
 
 
 def draw(
@@ -145,6 +150,7 @@ def draw(
     def ratio(values):
         return ratios(values, reference, prior)[..., chosen]
 
+    found = [replace(one, good=one.good[:, chosen]) for one in found]
     draws = ratio(posterior.draws)
     correlation, draws = _correlation(draws), draws[:: -(-len(draws) // DRAWS)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
@@ -183,7 +189,7 @@ def draw(
         _draw_correlations(axis, correlation)
         _draw_reference(axis, (1.0 - low) / (high - low))
         for one in found:
-            points, good = place(one.values), one.good[:, chosen]
+            points, good = place(one.values), one.good
             at = np.stack([columns, rows])[:, None].repeat(len(points), axis=1)
             _draw_points(axis, one, points[:, columns], points[:, rows], good[:, columns] & good[:, rows], at)
         _frame(axis, low, high, names, titles)
