@@ -32,13 +32,13 @@ CLOSE = 2e-3  # ship lengths off the track: centimetres for the AUVs, decimetres
 WEAK_M = 0.02  # track noise that half the coefficients do not survive, where SQP cannot pin them down either
 BOUNDS = (0.25, 1.75)
 FIGURES = {
+    "accuracy": "Error of each coefficient by method, without noise. SQP by the thesis's rule is off by tenths; "
+    "trust-region least squares, linear programming and linear least squares agree to nine digits and more. Arrows "
+    "point to errors below the edge.",
     "*_coefficients": "{}: where fifty SQP searches end (orange) and began (grey), as ratios to the truth. They "
     "reproduce the track whatever the coefficients.",
     "*_costs": "{}: costs of the fifty searches at their starts and ends, how far off the track they end, and their "
     "evaluations.",
-    "accuracy": "Error of each coefficient by method, without noise. SQP by the thesis's rule is off by tenths; "
-    "trust-region least squares, linear programming and linear least squares agree to nine digits and more. Arrows "
-    "point to errors below the edge.",
     "noise": "Share of coefficients that are lost, that is, uncertain by more than 10 %, by the noise of the track "
     "and of the velocities.",
 }

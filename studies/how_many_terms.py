@@ -39,9 +39,9 @@ SEED = 101
 LESS = 3.0  # nats
 LEVEL = 0.9  # of intervals
 FIGURES = {
-    "how_many_terms": "Left, log evidence of smaller and smaller sets, of the first record of each noise, below the "
-    "highest; the dashed line is the 3 nats that are not missed. Right, rms position error of the same sets on unseen "
-    "manoeuvres, geometric mean; a circle marks the set of highest evidence, a square the smallest that fits as well.",
+    "how_many_terms": "Left, log evidence of smaller and smaller sets of terms, of the first record of each noise, "
+    "below the highest: the noisier the sensors, the fewer terms the record asks for. Right, rms position error of the "
+    "same sets on unseen manoeuvres, geometric mean: near the circle it is least.",
 }
 GLOSSARY = "booth"
 ANSWER = """

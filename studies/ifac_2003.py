@@ -21,10 +21,10 @@ N_DRAWS, MAX_ITERATIONS = 50, 500
 QUICK = (2, 60)
 CASES = ("case1", "case2", "case3")
 FIGURES = {
-    "track": "The spiral from above, and how far each case of the first draw is off it: all follow the track.",
     "coefficients": "Ratios to the truth in fifty draws; grey starts, orange ends, crosses held. With exact values "
     "held (case 2) most of the others are found; with values up to 1 % wrong (case 3) several run into their bounds "
     "of 25 %.",
+    "track": "The spiral from above, and how far each case of the first draw is off it: all follow the track.",
 }
 GLOSSARY = "booth"
 ANSWER = """

@@ -19,6 +19,7 @@ import numpy as np
 
 from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.coefficients import EQUATIONS
+from bayesub.report.plots import ladders
 from ill_conditioning import one_case, tables
 from ill_conditioning.plots import cancellation, collinearity, contribution, profile, spectra
 from thesis.cases import CASES, MANOEUVRES, published
@@ -28,16 +29,21 @@ QUICK_CASES = (("suboff", "horizontal"),)
 # 1e-9 sd at most, so 1e-18 a reading and 1e-14 over a few thousand.
 FLAT = 1e-12
 CANCELS = 10.0  # an order of magnitude; the thesis has 42 between its largest term and the sum
+CANCELLATION = (
+    "force errors of a set that SQP stopped at, over time, on the axes where they cancel most. Terms err far more than "
+    "their sum (black)."
+)
 FIGURES = {
-    "cancellation_*": "{}: force errors of a set that SQP stopped at, over time. Terms err far more than their sum "
-    "(black).",
-    "directions_*": "{}: the stiffest directions, the sloppiest, and the null ones, by their largest entries.",
-    "spectra": "Singular values of all cases: sharper than the prior, left to the prior, and null.",
-    "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a panel a boat. Below the "
-    "dashed line the change costs less than the simulation's own error.",
-    "profiles_*": "{}: rise of -2 log likelihood if one coefficient is held off its best value. What is null stays "
-    "flat however good the sensors; what is sloppy rises with sensors a thousand times better.",
-    "correlation_*": "{}: correlation of the regressors of each axis about zero.",
+    "cancellation_suboff_horizontal": f"suboff horizontal: {CANCELLATION}",
+    "cancellation_*": f"{{}}: {CANCELLATION}",
+    "directions_*": "{}: directions from stiff to null, what is left of the prior along each, and what it is made of.",
+    "spectra": "Singular values of all cases: known better than by the prior, left to the prior, and null.",
+    "contribution_*": "{} manoeuvre: cost of one coefficient changed alone, sorted by size, a column a boat. Left of "
+    "the dashed line the change costs less than the simulation's own error.",
+    "profiles_*": "{}: rise of -2 log likelihood if one coefficient is held off its best value. What is sloppy crosses "
+    "the lower line, with sensors a thousand times better; what is null stays at round-off however good they are.",
+    "correlation_*": "{}: cosines of the regressors of each axis over time. Two of one shape have 1 or -1: this is of "
+    "the equations along the motion, not of a posterior.",
     "regressors": "Surge regressors against each other on the horizontal manoeuvre: nearly one line (thesis Figure "
     "68).",
 }
@@ -80,13 +86,14 @@ def draw(run, numbers):
     for title, case in numbers.items():
         stem, saved = stems[title], arrays[title]
         directions = one_case.restored_spectrum(case, saved)
-        spectra.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
+        ladders.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
         profile.draw(run.figure(f"profiles_{stem}"), one_case.restored_profiles(case), EQUATIONS)
         related = one_case.restored_collinearity(case, saved)
         collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related, EQUATIONS)
         errors = one_case.restored_cancellation(case, saved)
         cancellation.draw(run.figure(f"cancellation_{stem}"), saved["times"], errors, EQUATIONS)
-    surge = {t: one_case.restored_regressors(a) for t, a in arrays.items() if t.endswith("horizontal")}
+    flat = {t: a for t, a in arrays.items() if t.endswith("horizontal") and len(a["regressors"])}  # auv690 has no Xvv
+    surge = {title: one_case.restored_regressors(a) for title, a in flat.items()}
     collinearity.draw_scatter(run.figure("regressors"), surge, [("Xvr", "Xrr"), ("Xvr", "Xvv")], EQUATIONS)
 
 

@@ -347,7 +347,12 @@ def draw_errors(paths, numbers):
             range(len(names)), [title(n).replace("turning circle", "circle") for n in names], rotation=60, ha="right"
         )
         axes.axvspan(-0.5, len(FITTED) - 0.5, color=style.PRIOR, alpha=0.3, lw=0)
-        axes.text(1.5, axes.get_ylim()[1], "fitted", ha="center", va="bottom", fontsize=8)
+        edges = np.cumsum([0, len(FITTED), len(ZIGZAGS), len(MARIN)]) - 0.5
+        axes.set_xlim(edges[0], edges[-1])
+        for start, end, word in zip(edges[:-1], edges[1:], ("fitted", "predicted", "predicted, MARIN"), strict=True):
+            axes.axvline(end, color=style.TRUTH, lw=0.5, ls=":")
+            look = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "bottom", "fontsize": 8}
+            axes.text(0.5 * (start + end), 1.0, word, **look)
         axes.legend(fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.05))
 
 

@@ -17,7 +17,7 @@ QUICK_CASES = (("suboff", "horizontal"),)
 DIGITS, ORDERS = 1e-6, 3.0
 FIGURES = {
     "errors": "Relative error of every coefficient without noise, by manoeuvre and boat. Linear programming "
-    "(circles) is an order or two above linear least squares (bars); triangles at the edge are exact. The drag is "
+    "(circles) is an order or two above linear least squares (bars); arrows at the edge are exact. The drag is "
     "the best known, added masses in sway and roll and terms that hardly act the worst.",
 }
 GLOSSARY = "booth"

@@ -24,22 +24,24 @@ others stiff. The prior is about a guess, so that two of these counts differ by 
 `ill_conditioning`, whose prior is about the truth.
 """
 
+from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 from scipy import stats
 
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.problem.distributions import Normal
-from bayesub.report.plots import corner, style
-from bayesub.report.plots.coefficients import Found
+from bayesub.report.plots import coefficients, corner, posterior, style
 from posteriors import plots, tables
-from posteriors.trials import DrawsOfCoefficients, compare, searches
+from posteriors.trials import compare, searches
 from thesis import cases
 
 N_SETS, MAX_ITERATIONS, MAX_STEPS = 50, 500, 20_000
 QUICK, QUICK_CASES = (5, 60, 400), (("npsauv", "horizontal"),)
 MOST, UNSEEN, DRAG, KEPT = 0.9, 0.8, 0.02, 0.4  # of the claim
+SHOWN = 13  # sets at most of a group in the figures of a case
 CHANCE = 0.05  # with which a few sets may fall short of it
 SETS = {  # group of sets -> label, marker, colour
     "starts": ("starts of SQP", "o", "#909090"),
@@ -57,19 +59,19 @@ MEASURES = {
     "density": "loss of log density\nover its 95 % limit",
 }
 FIGURES = {
-    "scatter": "Scatter of SQP and spread of the posterior along each direction, against its singular value; left of "
-    "one the data see nothing. The posterior (crosses) keeps to the line that data and prior make. SQP's sets keep "
-    "about the spread of their starts (grey) where the data see nothing, and fall with the line or below it where "
-    "they see: their scatter is that of a search.",
+    "scatter": "Scatter of SQP and spread of the posterior along each direction of all cases, against its singular "
+    "value; left of one the data see nothing. The posterior (crosses) keeps to the line that data and prior make. "
+    "SQP's sets keep about the spread of their starts (grey) where the data see nothing, and fall with the line or "
+    "below it where they see: their scatter is that of a search.",
     "trade_offs_*": "{}: the coefficients that trade off most, as ratios to the truth. SQP's sets from the exact "
-    "track (orange) run along the ellipses of the posterior and out of them. Added masses that SQP held stay at one "
-    "by choice.",
+    "track (orange) run along the ellipses of the posterior and out of them. Added masses that SQP held are no result "
+    "of it.",
     "contraction": "Posterior sd over prior sd of every coefficient in every case, best known first. One (pale) means "
     "that the trial said nothing; empty cells have no part in the motion.",
-    "coefficients_*": "{}: prior (grey), posterior (blue) and the sets of SQP, as ratios to the truth. Added masses "
-    "that SQP held stay at one by choice.",
+    "coefficients_*": "{}: prior (grey), posterior (blue) and sets of SQP, as ratios to the truth. Added masses "
+    "that SQP held are no result of it.",
     "distances": "How far out SQP's sets and the truth lie, over what holds 95 % of the posterior, by three measures.",
-    "correlations_*": "{}: posterior correlations, three manoeuvres.",
+    "correlations_*": "{}: posterior correlations of the coefficients that have strong ones.",
 }
 GLOSSARY = "booth"
 ANSWER = """
@@ -108,10 +110,6 @@ def draw(run, numbers):
     groups = SETS | {"posterior": ("posterior", "x", style.POSTERIOR)}
     scatter = {titles[name]: scatter_of(a, numbers[name]["n_null"], groups) for name, a in arrays.items()}
     plots.draw_scatter(run.figure("scatter"), scatter, groups)
-    for vehicle in dict.fromkeys(name.split()[0] for name in numbers):
-        names = [name for name in numbers if name.startswith(vehicle)]
-        correlations = {titles[name]: (numbers[name]["names"], arrays[name]["correlation"]) for name in names}
-        plots.draw_correlations(run.figure(f"correlations_{vehicle}"), correlations)
     for name, a in arrays.items():
         draw_case(run, name.replace(" ", "_"), numbers[name], a)
 
@@ -123,18 +121,29 @@ def scatter_of(arrays, n_null, groups):
 
 
 def draw_case(run, name, case, arrays):
-    """Coefficients and trade-offs of one case."""
-    prior, reference = Normal(arrays["prior_mean"], arrays["prior_sd"]), arrays["reference"]
-    groups = [(SETS[key][0], arrays[key], *SETS[key][1:]) for key in ("exact", "noisy")]
+    """Coefficients, trade-offs and correlations of one case."""
+    names, reference = case["names"], arrays["reference"]
+    prior = Normal(arrays["prior_mean"], arrays["prior_sd"])
+    found = []
+    for group in ("exact", "noisy"):
+        fits, (label, *look) = np.array(case["places"][group]["chi_square"]) <= 1.0, SETS[group]
+        label = f"{label}: {fits.sum()} of {len(fits)} fit"
+        some = slice(None, None, -(-len(fits) // SHOWN))  # all would cover the intervals
+        values, fits = plots.identified(arrays[group], reference)[some], fits[some]
+        found.append(coefficients.Found(label, values, fits, np.repeat(fits[:, None], len(names), axis=1), *look))
+    whole = SimpleNamespace(names=names, mean=arrays["mean"], sd=arrays["sd"], quantiles=lambda _: arrays["quantiles"])
+    word = "truth" if case["converged"] else "truth; NOT CONVERGED"
     path = run.figure(f"coefficients_{name}")
-    plots.draw_coefficients(path, case["names"], arrays["quantiles"], prior, reference, groups, case["converged"])
+    coefficients.draw(path, whole, prior, reference, found, word, EQUATIONS)
     some = arrays["chosen"]
+    draws = SimpleNamespace(names=tuple(np.array(names)[some]), draws=arrays["draws"].astype(float))
     prior = Normal(prior.mean[some], prior.sd[some])
-    draws = DrawsOfCoefficients(tuple(np.array(case["names"])[some]), arrays["draws"].astype(float), prior.sd)
-    sets = plots.identified(arrays["exact"], reference)[:, some]
-    path, everything = run.figure(f"trade_offs_{name}"), np.arange(len(some))
-    found = Found("SQP, exact track", sets, np.ones(len(sets), dtype=bool), np.isfinite(sets))
-    corner.draw(path, draws, prior, reference[some], EQUATIONS, chosen=everything, found=[found])
+    exact = replace(found[0], values=found[0].values[:, some], good=found[0].good[:, some])
+    chosen, path = np.arange(len(some)), run.figure(f"trade_offs_{name}")
+    corner.draw(path, draws, prior, reference[some], EQUATIONS, chosen=chosen, found=[exact], word=word)
+    signs = np.where(reference < 0.0, -1.0, 1.0)  # of ratios to the truth, as all else is drawn
+    correlation = arrays["correlation"] * np.outer(signs, signs)
+    posterior.draw_correlation(run.figure(f"correlations_{name}"), names, correlation, EQUATIONS)
 
 
 def claims(numbers):

@@ -20,7 +20,7 @@ from prediction import plots
 from thesis import cases
 from thesis.counterparts import comparison
 from thesis.plots import campaign
-from thesis.predictions import LEVELS, STATISTICS, fly_all, summary, worst_tracks
+from thesis.predictions import LEVELS, STATISTICS, fly_all, summary
 
 N_SETS, N_MANOEUVRES, MAX_ITERATIONS, N_DRAWS = 50, 100, 500, 200
 QUICK = (4, 5, 60)
@@ -35,7 +35,6 @@ FIGURES = {
     "sorted": "Errors by identified set and by unseen manoeuvre, in the boats' own metres: median and 90 %.",
     "sets_*": "{}: the best, the middle and the worst set by mean cost, as ratios to the truth.",
     "surface_*": "{}: largest position error of every set on every manoeuvre.",
-    "worst_tracks": "The worst prediction of the worst set of each boat, from above.",
 }
 GLOSSARY = "booth"
 ANSWER = """
@@ -53,7 +52,7 @@ def compute(run):
 
 
 def predict(run, vehicle):
-    """The numbers of one vehicle, and the arrays of its errors and worst tracks."""
+    """The numbers of one vehicle, and the array of its errors."""
     n_sets, n_manoeuvres, max_iterations = QUICK if run.quick else (N_SETS, N_MANOEUVRES, MAX_ITERATIONS)
     problem, estimate = cases.identified(vehicle, "coupled", n_sets, max_iterations)
     trial = cases.trial(vehicle, "coupled", free=QUICK_FREE if run.quick else None)
@@ -64,7 +63,7 @@ def predict(run, vehicle):
     flights = fly_all(problem, estimate, draws, n_manoeuvres)
     numbers = summary(problem, estimate, flights)
     numbers["shortcomings"] = [] if posterior.converged else list(posterior.shortcomings)
-    return numbers, {"errors": flights["errors"]["sets"], **worst_tracks(numbers, flights)}
+    return numbers, {"errors": flights["errors"]["sets"]}
 
 
 def draw(run, numbers):
@@ -75,17 +74,16 @@ def draw(run, numbers):
         campaign.draw_sets(run.figure(f"sets_{vehicle}"), r["names"], groups)
     kinds = {v: {key: np.array(e, dtype=float) for key, e in r["kind_errors"].items()} for v, r in numbers.items()}
     plots.draw_distributions(run.figure("distributions"), kinds, {v: to_suboff(v) for v in numbers})
-    shares = {v: np.array(list(r["coverage"].values())) for v, r in numbers.items()}
-    plots.draw_calibration(run.figure("calibration"), LEVELS, shares)
+    shares, chance = (
+        {v: np.array(list(r[key].values())) for v, r in numbers.items() if key in r}
+        for key in ("coverage", "coverage_of_draws")
+    )
+    plots.draw_calibration(run.figure("calibration"), LEVELS, shares, chance)
     run.page(tables(numbers))
-    flights = {vehicle: run.load_arrays(f"flights_{vehicle}") for vehicle in numbers}
-    errors = {vehicle: arrays["errors"] for vehicle, arrays in flights.items()}
+    errors = {vehicle: run.load_arrays(f"flights_{vehicle}")["errors"] for vehicle in numbers}
     for vehicle, values in errors.items():
         plots.draw_surface(run.figure(f"surface_{vehicle}"), values)
     plots.draw_sorted(run.figure("sorted"), errors)
-    worst = {v: np.nanmax(values[numbers[v]["chosen"]["worst"]]) for v, values in errors.items()}
-    tracks = {v: (arrays["true"], arrays["predicted"], worst[v]) for v, arrays in flights.items()}
-    plots.draw_tracks(run.figure("worst_tracks"), tracks)
 
 
 def tables(numbers):

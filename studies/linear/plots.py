@@ -4,10 +4,11 @@ import numpy as np
 
 from bayesub.report.plots import style
 from thesis.cases import MANOEUVRES
+from thesis.plots.floors import above_floor
 from thesis.plots.labels import labels
 
 _METHODS = {"LP": ("o", "linear programming"), "LLS": ("_", "linear least squares")}
-_ROW = 48  # coefficients of a row
+_ROW = 32  # coefficients of a row, whose labels are read at the width of a page
 _FLOOR = 1e-16
 
 
@@ -28,26 +29,25 @@ def draw_errors(path, cases) -> None:
         names.sort(key=lambda n: "XYZKMN".index(n[0]))
         n_rows = -(-len(names) // _ROW)
         width = -(-len(names) // n_rows) if names else 0
-        rows += [(manoeuvre, of, names[k * width : (k + 1) * width]) for k in range(n_rows)]
-    with style.figure(path, 10.0, 2.0 * len(rows)) as figure:
+        parts = [names[k * width : (k + 1) * width] for k in range(n_rows)]
+        rows += [(f"{manoeuvre}, {some[0][0]} to {some[-1][0]}", of, some) for some in parts]
+    with style.figure(path, 8.0, 2.1 * len(rows) + 0.3) as figure:
         panels = np.atleast_1d(figure.subplots(len(rows), 1))
-        for panel, (manoeuvre, of, names) in zip(panels, rows, strict=True):
+        for panel, (title, of, names) in zip(panels, rows, strict=True):
             for k, (vehicle, case) in enumerate(of.items()):
                 for method, (marker, word) in _METHODS.items():
                     pairs = [
                         (names.index(n), e) for n, e in case[method]["errors"].items() if n in names and e is not None
                     ]
                     x, errors = np.array(pairs, dtype=float).T
-                    exact = errors < _FLOOR
-                    look = {"color": style.VEHICLES[vehicle], "label": f"{vehicle}, {word}"}
-                    panel.semilogy(
-                        x[~exact] + 0.22 * (k - 1), errors[~exact], marker, ms=4, mew=0.9, mfc="none", **look
-                    )
-                    panel.plot(x[exact] + 0.22 * (k - 1), [_FLOOR] * exact.sum(), "v", ms=3, mew=0, color=look["color"])
+                    x, look = x + 0.22 * (k - 1), {"color": style.VEHICLES[vehicle], "label": f"{vehicle}, {word}"}
+                    errors = above_floor(panel, x, errors, _FLOOR, look["color"])
+                    panel.semilogy(x, errors, marker, ms=4, mew=0.9, mfc="none", **look)
             panel.set_xticks(
                 range(len(names)), labels(np.array(names)), rotation=70, ha="right", rotation_mode="anchor"
             )
-            panel.set(xlim=(-0.7, len(names) - 0.3), ylabel=f"{manoeuvre}\nrelative error")
+            panel.set(xlim=(-0.7, len(names) - 0.3), ylim=(_FLOOR, None), ylabel="relative error")
+            panel.set_title(title, fontsize=9)
             panel.grid(axis="x", visible=False)
         handles, words = panels[0].get_legend_handles_labels()
         figure.legend(handles, words, loc="outside upper center", ncols=3, fontsize=8)

@@ -29,7 +29,9 @@ def draw(path, problems: dict) -> None:
             panel.set_yticks(range(len(found)), [f"{p} ({r['n_params']})" for p, r in problems.items()])
         panel.invert_yaxis()
         marks = [panel.plot([], [], "o", color=c, label=name)[0] for name, c in zip(names, _COLOURS, strict=False)]
-        figure.legend(handles=marks, loc="outside upper center", ncols=4)
+        look = {"ls": "", "marker": AT_LEAST, "ms": 9, "color": "#777777"}
+        marks += panel.plot([], [], **look, label="stopped there, not converged")
+        figure.legend(handles=marks, loc="outside upper center", ncols=5)
 
 
 def _mark(panel, cost, number, height, colour):

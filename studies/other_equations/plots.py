@@ -5,7 +5,7 @@ import numpy as np
 from bayesub.report.plots import style
 
 COLOURS = {"booth": style.POSTERIOR, "remus": style.SQP, "abkowitz": style.NULL, "feldman": style.LINEAR}
-LIGHT = ("#FFFFFF", "#F7E3EE", "#E9C4D8", "#D9A0C0", "#CC79A7", "#B85D90")  # 0 to 5 null dimensions
+LIGHT = ("#FFFFFF", "#F2F2F2", "#E3E3E3", "#D2D2D2", "#C0C0C0", "#AEAEAE")  # 0 to 5 null dimensions
 WORDS = {"horizontal": "spiral", "zigzag_20_20": "zigzag", "vertical": "vertical", "coupled": "coupled"}
 SHOWN = "horizontal"  # manoeuvre of the spectra
 
@@ -63,8 +63,8 @@ def draw_spectra(panel, cases: list[dict]) -> None:
             0.99, 0.98 - 0.11 * k, text, transform=panel.transAxes, ha="right", va="top", color=colour, fontsize=8
         )
     panel.axhline(1.0, color=style.TRUTH, lw=0.8)
-    panel.text(0.99, 1.3, "as sharp as the prior", ha="right", fontsize=8, transform=panel.get_yaxis_transform())
-    panel.set(xlabel="direction, sharpest first", ylabel="singular value, prior sd over that of the data")
+    panel.text(0.99, 1.3, "no better than the prior", ha="right", fontsize=8, transform=panel.get_yaxis_transform())
+    panel.set(xlabel="direction, best known first", ylabel="singular value, prior sd over that of the data")
     panel.set_title("spectra of a track, horizontal spiral", fontsize=9)
 
 
@@ -78,7 +78,12 @@ def draw_errors(panel, fits: list[dict]) -> None:
             p["posterior_lengths"], np.full(len(p["posterior_lengths"]), k + 0.15), "o", color=colour, ms=4, **fill
         )
         panel.text(
-            1.02, k, f"{p['coverage']['0.9']:.0%}", transform=panel.get_yaxis_transform(), va="center", fontsize=8
+            1.02,
+            k,
+            f"{100 * p['coverage']['0.9']:.0f} %",
+            transform=panel.get_yaxis_transform(),
+            va="center",
+            fontsize=8,
         )
     panel.text(1.02, 1.0, "in 90 %\nbands", transform=panel.transAxes, va="bottom", fontsize=8)
     panel.set_title("predictions by fits of the spiral", fontsize=9)

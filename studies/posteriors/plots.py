@@ -3,58 +3,18 @@
 A case is named ``vehicle manoeuvre``, with more words after that if its posterior has not converged.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.ticker import NullFormatter
 
 from bayesub.model.coefficients import NAMES
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import intervals, ratios
-from bayesub.report.plots.posterior import strong_block
-from thesis.plots.labels import labels, starred
+from thesis.plots.labels import labels
 
-_ROW = 28  # coefficients a row
 _ROWS = 34  # coefficients below each other
-_FLOOR = 1e-4  # where null directions are drawn, and what is smaller
-
-
-def draw_coefficients(path, names, quantiles, prior, reference, groups, converged) -> None:
-    """Prior, posterior intervals and groups of coefficient sets as ratios to the reference.
-
-    Parameters
-    ----------
-    path : one file or several
-    names : (n_coefficients,)
-    quantiles : (5, n_coefficients) of the posterior, those of :data:`bayesub.report.plots.coefficients.QUANTILES`
-    prior : of the coefficients
-    reference : (n_coefficients,) values that count as one
-    groups : (label, sets (n, n_coefficients), marker, colour), each drawn beside the others
-    converged : whether the posterior has
-    """
-    n = len(reference)
-    n_rows = -(-n // _ROW)
-    width = -(-n // n_rows)
-    shifts = np.linspace(-0.2, 0.2, len(groups))
-    with style.figure(path, 0.36 * width + 1.2, 3.1 * n_rows + 0.4) as figure:
-        panels = figure.subplots(n_rows, 1, squeeze=False)[:, 0]
-        for panel, columns in zip(panels, np.array_split(np.arange(n), n_rows), strict=True):
-            lowest, highest = intervals(panel, columns, quantiles, prior, reference)
-            for (text, sets, marker, colour), shift in zip(groups, shifts, strict=True):
-                identified_sets = identified(sets, reference)
-                x = columns + shift + np.linspace(-0.13, 0.13, len(sets))[:, None]
-                values = ratios(identified_sets, reference, prior)[:, columns]
-                panel.plot(x.ravel(), values.ravel(), marker, ms=2.6, mew=0, color=colour, label=text)
-                lowest, highest = min(lowest, np.nanmin(values)), max(highest, np.nanmax(values))
-            some = np.array(names)[columns]
-            panel.set_xticks(columns, starred(some, reference[columns]), rotation=60, ha="right")
-            panel.set(xlim=(columns[0] - 0.7, columns[0] + width - 0.3), ylabel="ratio to truth")
-            panel.set_ylim(max(lowest - 0.1, -1.5), min(highest + 0.1, 4.0))
-            panel.grid(axis="x", visible=False)
-            for k in range(1, len(columns)):
-                if some[k][0] != some[k - 1][0]:
-                    panel.axvline(columns[k] - 0.5, color=style.TRUTH, lw=0.5, ls=":")
-        if not converged:
-            figure.suptitle("NOT CONVERGED", color=style.SQP)
-        panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, fontsize=8, markerscale=2)
+_BINS = 14  # of singular values, for medians
+_LINE = 0.055  # of the height of a panel, between labels
 
 
 def identified(sets, reference) -> np.ndarray:
@@ -103,36 +63,8 @@ def draw_contraction(path, cases: dict[str, dict[str, float]]) -> None:
             panel.spines[:].set_visible(False)
 
 
-def draw_correlations(path, correlations: dict) -> None:
-    """Heat maps of strong posterior correlations: title -> (names, correlation (n, n)), the largest beside others."""
-    correlations = {title: strong_block(*pair) for title, pair in correlations.items()}
-    order = sorted(correlations, key=lambda title: len(correlations[title][0]))
-    sizes = {title: 0.135 * len(correlations[title][0]) + 0.8 for title in order}
-    *small, largest = order
-    layout = [[title, largest] for title in small] or [[largest]]
-    width = sizes[largest] + max((sizes[title] for title in small), default=0.0) + 0.8
-    height = max(sizes[largest], sum(sizes[title] for title in small)) + 0.2 * len(order)
-    with style.figure(path, width, height) as figure:
-        ratio = [max(sizes[t] for t in small), sizes[largest]] if small else None
-        panels = figure.subplot_mosaic(layout, width_ratios=ratio)
-        for title, panel in panels.items():
-            names, correlation = correlations[title]
-            image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-            panel.set_xticks(range(len(names)), labels(names), rotation=90, fontsize=6)
-            panel.set_yticks(range(len(names)), labels(names), fontsize=6)
-            panel.tick_params(length=0, pad=1)
-            panel.grid(visible=False)
-            panel.spines[:].set_visible(False)
-            panel.set_title(title, fontsize=9)
-            for k in range(1, len(names)):
-                if names[k][0] != names[k - 1][0]:
-                    panel.axhline(k - 0.5, color=style.TRUTH, lw=0.5)
-                    panel.axvline(k - 0.5, color=style.TRUTH, lw=0.5)
-        figure.colorbar(image, ax=list(panels.values()), shrink=0.6, label="posterior correlation")
-
-
 def draw_scatter(path, cases, groups) -> None:
-    """Scatter along each direction of the Fisher information against its singular value, a panel a case.
+    """Scatter along each direction of the Fisher information against its singular value, all cases in one panel.
 
     Parameters
     ----------
@@ -140,28 +72,42 @@ def draw_scatter(path, cases, groups) -> None:
         group -> standard deviation along each direction (n_params,) in prior sd)
     groups : group -> (label, marker, colour)
     """
-    n_columns = min(3, len(cases))
-    n_rows = -(-len(cases) // n_columns)
-    with style.figure(path, max(6.5, 3.3 * n_columns + 0.4), 2.6 * n_rows + 0.8) as figure:
-        panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=True)
-        for panel, (case, (values, null, scatter)) in zip(panels.flat, cases.items(), strict=False):
-            shown = np.where(null, _FLOOR, np.maximum(values, _FLOOR))
-            for group, (text, marker, colour) in groups.items():
-                size = {"ms": 4, "mec": colour, "mfc": "none", "mew": 0.8}
-                seen = ~null & (values > _FLOOR)
-                panel.loglog(shown[seen], np.maximum(scatter[group], _FLOOR)[seen], marker, label=text, **size)
-                panel.loglog(shown[~seen], np.maximum(scatter[group], _FLOOR)[~seen], "<", **size)
-            axis = np.geomspace(_FLOOR, 1e5, 200)
-            panel.loglog(axis, 1 / np.sqrt(1 + axis**2), color=style.TRUTH, lw=0.9, label="data and prior, linear")
-            panel.axvline(1.0, color=style.TRUTH, lw=0.6, ls=":")
-            panel.axvspan(0.5 * _FLOOR, 2.0 * _FLOOR, color=style.NULL, alpha=0.2, lw=0)
-            panel.set(xlim=(0.5 * _FLOOR, 1e5), ylim=(0.7 * _FLOOR, 10.0))
-            panel.set_title(case, fontsize=9)
-        for panel in panels.flat[len(cases) :]:
-            panel.set_visible(False)
-        figure.supxlabel("singular value, 1 / prior sd; shaded: null or smaller", fontsize=9)
-        figure.supylabel("standard deviation along the direction, prior sd", fontsize=9)
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
+    values, null = (np.concatenate([case[k] for case in cases.values()]) for k in (0, 1))
+    scatter = {group: np.concatenate([case[2][group] for case in cases.values()]) for group in groups}
+    reach = values[~null].min() / 2.0, 2.0 * values.max()
+    edges = np.geomspace(*reach, _BINS + 1)
+    middles = np.sqrt(edges[1:] * edges[:-1])
+    with style.figure(path, 8.0, 4.4) as figure:
+        left, panel = figure.subplots(1, 2, sharey=True, width_ratios=(0.16, 1.0))
+        ends = {}
+        for k, (group, (text, marker, colour)) in enumerate(groups.items()):
+            look = {"ms": 3, "mec": colour, "mfc": "none", "mew": 0.5, "alpha": 0.5}
+            left.semilogy(k + 0.3 * np.linspace(-1, 1, np.count_nonzero(null)), scatter[group][null], marker, **look)
+            panel.loglog(values[~null], scatter[group][~null], marker, **look)
+            some = [scatter[group][~null & (values >= a) & (values < b)] for a, b in pairwise(edges)]
+            middle = np.array([np.median(one) if len(one) else np.nan for one in some])
+            known = np.isfinite(middle)
+            panel.loglog(middles[known], middle[known], color=colour, lw=2.4)
+            ends[text] = middle[known][-1], colour
+        axis = np.geomspace(*reach, 200)
+        line = 1.0 / np.sqrt(1.0 + axis**2)
+        panel.loglog(axis, line, color=style.TRUTH, lw=1.0, ls="--")
+        ends["data and prior, linear"] = line[-1], style.TRUTH
+        panel.axvline(1.0, color=style.TRUTH, lw=0.6, ls=":")
+        above = {"transform": panel.get_xaxis_transform(), "va": "bottom", "fontsize": 8}
+        panel.text(0.6, 1.0, "not seen by the data", ha="right", **above)
+        panel.text(1.7, 1.0, "seen", **above)
+        panel.set(xlim=reach, xlabel="singular value of the direction, 1 / prior sd")
+        left.set_xticks([])
+        left.grid(axis="x", visible=False)
+        left.set(xlim=(-0.6, len(groups) - 0.4), xlabel="null\ndirections")
+        left.set_ylabel("standard deviation along the direction, prior sd")
+        low, high = np.log(panel.get_ylim())
+        lowest = -np.inf
+        for text, (value, colour) in sorted(ends.items(), key=lambda item: item[1][0]):
+            lowest = max((np.log(value) - low) / (high - low), lowest + _LINE)
+            look = {"transform": panel.transAxes, "va": "center", "fontsize": 9, "color": colour}
+            panel.text(1.015, lowest, text, **look)
 
 
 def draw_distances(path, cases, groups, measures) -> None:

@@ -1,7 +1,5 @@
 """Posteriors of trials, and the coefficient sets that SQP identifies seen with their eyes."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy import linalg
 
@@ -15,30 +13,9 @@ from thesis import cases
 N_DRAWS = 4000  # of the posterior, whose fit is computed
 REGION = 0.95
 TRADE_OFF = 0.9  # correlation
-CORNER = 8  # coefficients at most
+CORNER = 6  # coefficients at most
 MEASURES = ("distance", "chi_square", "density")
 GROUPS = ("starts", "exact", "noisy")  # of sets
-
-
-@dataclass(frozen=True)
-class DrawsOfCoefficients:
-    """Draws of some coefficients, as the figure of joint marginals takes them.
-
-    Attributes
-    ----------
-    names : (n,) coefficients
-    draws : (n_draws, n)
-    prior_sd : (n,)
-    """
-
-    names: tuple[str, ...]
-    draws: np.ndarray
-    prior_sd: np.ndarray
-
-    @property
-    def contraction(self) -> np.ndarray:
-        """(n,) posterior sd over prior sd."""
-        return self.draws.std(axis=0, ddof=1) / self.prior_sd
 
 
 def searches(problem: Problem, n_sets: int, max_iterations: int) -> dict[str, list]:
@@ -101,6 +78,8 @@ def compare(problem: Problem, posterior: Posterior, sets: dict[str, list]) -> tu
         "reference": problem.reference,
         "prior_mean": problem.prior.mean,
         "prior_sd": problem.prior.sd,
+        "mean": posterior.mean,
+        "sd": posterior.sd,
         "quantiles": posterior.quantiles(QUANTILES),
         "exact": sets["exact"],
         "noisy": sets["noisy"],
@@ -155,7 +134,7 @@ def strongest_pairs(correlation: np.ndarray) -> np.ndarray:
 
 
 def trade_off_group(correlation: np.ndarray) -> np.ndarray:
-    """Positions of at most eight coefficients: those of the strongest correlations."""
+    """Positions of at most CORNER coefficients: those of the strongest correlations."""
     chosen = {}
     for pair in strongest_pairs(correlation).tolist():
         if len(chosen | dict.fromkeys(pair)) > CORNER:

@@ -74,26 +74,28 @@ def draw_distributions(path, errors: dict[str, dict[str, np.ndarray]], scales: d
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
 
 
-def draw_tracks(path, tracks: dict[str, tuple[np.ndarray, np.ndarray, float]]) -> None:
-    """The worst prediction of the worst set: true and predicted tracks (n_times, 3) and their largest distance."""
-    with style.figure(path, 9.5, 3.4) as figure:
-        for axis, (vehicle, (truth, predicted, off)) in zip(
-            figure.subplots(1, len(tracks), squeeze=False)[0], tracks.items(), strict=True
-        ):
-            axis.plot(truth[:, 1], truth[:, 0], color=style.TRUTH, label="truth")
-            axis.plot(predicted[:, 1], predicted[:, 0], "--", color=style.SQP, label="predicted")
-            axis.plot(truth[0, 1], truth[0, 0], "o", color=style.TRUTH, ms=4)
-            axis.set_aspect("equal", adjustable="datalim")
-            axis.set(title=f"{vehicle}: {off:.3g} m off", xlabel="east (m)", ylabel="north (m)")
-        figure.axes[0].legend(fontsize=8)
+def draw_calibration(path, levels, shares: dict[str, np.ndarray], chance: dict[str, np.ndarray]) -> None:
+    """How often central posterior predictive bands of a nominal level hold the truth, a panel a vehicle.
 
-
-def draw_calibration(path, levels, shares: dict[str, np.ndarray]) -> None:
-    """How often central posterior predictive bands of a nominal level hold the truth, a line a vehicle."""
-    with style.figure(path, 4.2, 3.8) as figure:
-        axis = figure.subplots()
-        axis.plot([0, 1], [0, 1], color=style.PRIOR, lw=3, label="calibrated")
-        for vehicle, share in shares.items():
-            axis.plot(levels, share, "o-", ms=4, color=style.VEHICLES[vehicle], label=vehicle)
-        axis.set(xlabel="nominal probability of the band", ylabel="share of true values inside", aspect="equal")
-        axis.legend(fontsize=8)
+    Parameters
+    ----------
+    path
+        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
+    levels
+        (n_levels,).
+    shares
+        Vehicle -> (n_levels,).
+    chance
+        Vehicle -> (n_levels, 2), 5 and 95 % of the shares if the posterior is right; of a vehicle it may be missing.
+    """
+    with style.figure(path, 2.5 * len(shares) + 0.5, 3.3) as figure:
+        panels = figure.subplots(1, len(shares), squeeze=False, sharey=True)[0]
+        for axis, (vehicle, share) in zip(panels, shares.items(), strict=True):
+            colour = style.VEHICLES[vehicle]
+            if vehicle in chance:
+                axis.fill_between(levels, *chance[vehicle].T, color=colour, alpha=0.2, lw=0, label="90 % by chance")
+            axis.plot([0, 1], [0, 1], color=style.TRUTH, lw=0.8, ls="--", label="calibrated")
+            axis.plot(levels, share, "o-", ms=4, color=colour, label="found")
+            axis.set(title=vehicle, xlabel="nominal probability of the band", aspect="equal", xlim=(0, 1), ylim=(0, 1))
+            axis.legend(fontsize=8, loc="lower right")
+        panels[0].set_ylabel("share of true values inside")

@@ -88,13 +88,23 @@ def draw_counts(path, vehicles: dict) -> None:
         one = panels[0, 0]
         handles = [
             one.fill([], [], color=style.READINGS, label="random, within limits")[0],
-            one.fill([], [], color=style.PRIOR, label="random, beyond")[0],
+            one.fill([], [], color=style.PRIOR, label="random, beyond limits")[0],
             one.plot([], [], "--", color=style.TRUTH, lw=1.2, label="coupled, built in")[0],
             one.plot([], [], "^", color=style.TRUTH, ms=5, label="best built in")[0],
             one.plot([], [], color=style.SQP, lw=1.8, label="optimised within limits")[0],
             one.plot([], [], ":", color=style.NULL, lw=1.4, label="sensors without error")[0],
         ]
-        figure.legend(handles=handles, loc="outside upper center", ncols=6, fontsize=8, columnspacing=1.2)
+        title = _in_words(*next(iter(vehicles.items())))
+        figure.legend(handles=handles, loc="outside upper center", ncols=6, fontsize=8, columnspacing=1.2, title=title)
+
+
+def _in_words(vehicle: str, result: dict) -> str:
+    """What a search finds for a boat, beside the best random manoeuvre."""
+    sensors = next(iter(TITLES))
+    optimised = result["manoeuvres"][f"{sensors} optimised"]["sensors"][sensors]["n_known"][str(SHARE)]
+    best = np.flatnonzero(result["histograms"][sensors][0])[-1]
+    some = f"{vehicle} by a {TITLES[sensors]}: {optimised} of {result['n_coefficients']} coefficients"
+    return f"{some} on the optimised manoeuvre, {best} on the best random one within limits"
 
 
 def draw_spectra(path, vehicles: dict, arrays: dict) -> None:
@@ -225,7 +235,7 @@ def draw_options(path, options: list[dict], worth: dict) -> None:
             values = [r["n_known"] for r in results.values()]
             panel.barh(range(len(values)), values, color=[style.PRIOR, *[style.POSTERIOR] * (len(values) - 1)])
             for k, count in enumerate(values):
-                panel.text(count + 0.5, k, count, va="center", fontsize=8)
+                panel.text(max(count, values[0]) + 0.5, k, count, va="center", fontsize=8)
             panel.axvline(values[0], color=style.TRUTH, lw=0.8)
             panel.set_yticks(range(len(values)), list(results), fontsize=8)
             panel.set_ylim(max(map(len, columns.values())) - 0.4, -0.6)

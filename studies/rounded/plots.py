@@ -1,5 +1,7 @@
 """Coverage, error and width of intervals by how the rounding of readings is treated, and when it matters."""
 
+from itertools import groupby
+
 import numpy as np
 
 from bayesub.report.plots import style
@@ -33,9 +35,18 @@ def draw_cases(path, cases) -> None:
         error.axhline(1, color=style.TRUTH, lw=0.8)
         error.set(ylabel="root mean square error\n(stated sd)", yscale="log")
         width.set(ylabel="stated sd over truth", yscale="log")
-        words = {"random:0": "random\nmanoeuvre", "horizontal": "spiral", "thesis_rounding": "rounded as\nthe thesis"}
-        names = ["\n".join(words.get(part, part) for part in name.split(", ")) for name in cases]
-        width.set_xticks(range(len(cases)), names, fontsize=8)
+        words = {"random:0": "random", "horizontal": "spiral", "thesis_rounding": "thesis"}
+        parts = [[words.get(part, part) for part in name.split(", ")] for name in cases]
+        width.set_xticks(range(len(cases)), [rounding for *_, rounding in parts], fontsize=8)
+        below = {"transform": width.get_xaxis_transform(), "clip_on": False}
+        for depth, word in ((0.035, "rounded as"), (0.16, "manoeuvre"), (0.28, "boat")):
+            width.text(-0.7, -depth, word, ha="right", va="top", fontsize=8, **below)
+        for depth, k in ((0.16, 1), (0.28, 0)):  # what neighbours have in common is written once below them
+            groups = [list(members) for _, members in groupby(range(len(parts)), key=lambda n: parts[n][: k + 1])]
+            for group in groups:
+                middle = 0.5 * (group[0] + group[-1])
+                width.plot([group[0] - 0.4, group[-1] + 0.4], [-depth + 0.03] * 2, color=style.TRUTH, lw=0.6, **below)
+                width.text(middle, -depth, parts[group[0]][k], ha="center", va="top", fontsize=8, **below)
         for panel in (coverage, error, width):
             panel.grid(axis="x", visible=False)
             panel.set_xlim(-0.6, len(cases) - 0.4)

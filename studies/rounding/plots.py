@@ -5,6 +5,7 @@ import numpy as np
 from bayesub.report.plots import style
 from thesis.plots.labels import labels
 
+_ROW = 30  # coefficients of a row, whose labels are read at the width of a page
 _LIMIT = 2.0  # ratios beyond 1 +- this are drawn at the edge
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK)
 
@@ -19,12 +20,15 @@ def draw_ratios(path, names, truth, errors) -> None:
     errors : (n_manoeuvres, n) estimate less truth
     """
     names, truth = np.array(names), np.array(truth)
-    with style.figure(path, 9.0, 6.4) as figure:
-        panels = figure.subplots(2, 1)
-        for panel, axes, kind in zip(panels, ("XYZ", "KMN"), ("force", "moment"), strict=True):
-            chosen = np.array([name[0] in axes for name in names]) & (truth != 0)
+    rows = []
+    for axes in ("XYZ", "KMN"):
+        some = np.flatnonzero(np.array([name[0] in axes for name in names]) & (truth != 0))
+        rows += np.array_split(some, -(-len(some) // _ROW))
+    with style.figure(path, 8.0, 2.2 * len(rows) + 0.4) as figure:
+        panels = figure.subplots(len(rows), 1)
+        for panel, chosen in zip(panels, rows, strict=True):
             ratios = errors[:, chosen] / truth[chosen]
-            columns = np.arange(chosen.sum())
+            columns = np.arange(len(chosen))
             spread = np.linspace(-0.3, 0.3, len(ratios))[:, None]
             inside = np.abs(ratios) <= _LIMIT
             x = np.broadcast_to(columns + spread, ratios.shape)
@@ -35,7 +39,7 @@ def draw_ratios(path, names, truth, errors) -> None:
             panel.plot(columns, means, "_", ms=9, mew=2, color=style.TRUTH, label="mean")
             panel.axhline(1.0, color=style.TRUTH, lw=0.7)
             panel.set_xticks(columns, labels(names[chosen]), rotation=70, ha="right", rotation_mode="anchor")
-            panel.set(ylabel=f"{kind} coefficient, ratio to truth", xlim=(-0.8, len(columns) - 0.2))
+            panel.set(ylabel="ratio to truth", xlim=(-0.8, max(map(len, rows)) - 0.2))
             panel.set_ylim(1 - _LIMIT, 1 + _LIMIT)
             panel.grid(axis="x", visible=False)
         panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=8, markerscale=1.5)

@@ -1,6 +1,7 @@
 """Predictions of unseen manoeuvres by identified, random and posterior coefficient sets (thesis chapter 8)."""
 
 import numpy as np
+from scipy import stats
 
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.model.coefficients import INDEX
@@ -28,8 +29,9 @@ def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvre
     Returns
     -------
     dict of "errors" and "costs" (group -> (n, n_manoeuvres), the largest position error in m and the cost of the model
-    manual, section 10; not a number where a simulation fails), "tracks" (a list of (1 + n_sets, n_times, 3), the true
-    one first), "ranks" (n_manoeuvres, N_TIMES, 3) of the truth among posterior draws, and "seeds" of the manoeuvres.
+    manual, section 10; not a number where a simulation fails), "ranks" (n_manoeuvres, N_TIMES, 3) of the truth among
+    posterior draws, "ranks_of_draws" (n_manoeuvres, n_draws, N_TIMES, 3) of each of them among all, not a number where
+    one fails, and "seeds" of the manoeuvres.
     """
     boat = problem.vehicle
     identified, random = problem.coefficient_sets(estimate.solutions), problem.coefficient_sets(estimate.starts)
@@ -38,7 +40,7 @@ def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvre
     ends = np.cumsum([0, 1, len(identified), len(random), len(draws)])
     groups = dict(zip(("truth", "sets", "random", "posterior"), map(slice, ends[:-1], ends[1:]), strict=True))
     errors, costs = ({key: [] for key in (*groups, "simulation")} for _ in range(2))
-    tracks, ranks, seeds = [], [], []
+    ranks, of_draws, seeds = [], [], []
     for simulator in unseen(boat, n_manoeuvres):
         times, manoeuvre = simulator.times, simulator.manoeuvre
         states, status = simulator.run(sets)
@@ -48,16 +50,18 @@ def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvre
             off = largest_and_cost(some, states[0])
             errors[key].append(np.where(codes == 0, off[0], np.nan))
             costs[key].append(np.where(codes == 0, off[1], np.nan))
-        tracks.append(states[: ends[2], :, :3])
         looks = np.linspace(0, len(times) - 1, N_TIMES + 1).astype(int)[1:]
         some, codes = flown["posterior"]
-        ranks.append(np.mean(some[codes == 0][:, looks, :3] < states[0, looks, :3], axis=0))
+        places = np.where(codes[:, None, None] == 0, some[:, looks, :3], np.nan)
+        good = places[codes == 0]
+        ranks.append(np.mean(good < states[0, looks, :3], axis=0))
+        of_draws.append((stats.rankdata(places, axis=0, nan_policy="omit") - 0.5) / len(good))
         seeds.append(int(manoeuvre.name.partition(":")[2]))
     return {
         "errors": {key: np.stack(values, axis=1) for key, values in errors.items()},
         "costs": {key: np.stack(values, axis=1) for key, values in costs.items()},
-        "tracks": tracks,
         "ranks": np.array(ranks),
+        "ranks_of_draws": np.array(of_draws),
         "seeds": seeds,
     }
 
@@ -95,10 +99,17 @@ def summary(problem: Problem, estimate: Estimate, flights: dict) -> dict:
         "posterior_spread_m": float(np.nanmedian(errors["posterior"])),
         "variance_by_set": shares_of_variance(errors["sets"]),
         "coverage": {str(level): float(np.mean(np.abs(flights["ranks"] - 0.5) <= level / 2)) for level in LEVELS},
+        "coverage_of_draws": {str(level): coverage_of_draws(flights["ranks_of_draws"], level) for level in LEVELS},
         "failed": {key: int(np.isnan(values).sum()) for key, values in errors.items()},
         "n_manoeuvres": len(flights["seeds"]),
         "passed_over": flights["seeds"][-1] + 1 - len(flights["seeds"]),
     }
+
+
+def coverage_of_draws(ranks, level: float) -> list[float]:
+    """5 and 95 % of the share that a band of a level holds if the truth is a draw: ranks are (n, n_draws, ..)."""
+    inside = np.where(np.isnan(ranks), np.nan, np.abs(ranks - 0.5) <= level / 2)
+    return np.quantile(np.nanmean(inside, axis=(0, 2, 3)), [0.05, 0.95]).tolist()
 
 
 def spread(values) -> dict[str, float]:
@@ -114,10 +125,3 @@ def shares_of_variance(errors) -> dict[str, float]:
         "set": float(np.nanvar(np.nanmean(logs, axis=1)) / total),
         "manoeuvre": float(np.nanvar(np.nanmean(logs, axis=0)) / total),
     }
-
-
-def worst_tracks(numbers: dict, flights: dict) -> dict[str, np.ndarray]:
-    """True and predicted track (n_times, 3) of the worst set on its worst manoeuvre."""
-    k = numbers["chosen"]["worst"]
-    track = flights["tracks"][int(np.nanargmax(flights["errors"]["sets"][k]))]
-    return {"true": track[0], "predicted": track[1 + k]}

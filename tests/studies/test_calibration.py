@@ -124,5 +124,4 @@ def test_pictures(rng, tmp_path, monkeypatch):
     found = {"Xuu": ranks(rng), "log likelihood": ranks(rng)}
     limits = calibration.band(N_TRIALS, 0.01, rng)
     plots.draw_ecdf(tmp_path / "ecdf.png", {name: calibration.ecdf(r) for name, r in found.items()}, limits, EQUATIONS)
-    plots.draw_histograms(tmp_path / "ranks.png", found, calibration.N_DRAWS, (4, 17), EQUATIONS)
-    assert all(path.stat().st_size > 5000 for path in tmp_path.glob("*.png"))
+    assert (tmp_path / "ecdf.png").stat().st_size > 5000

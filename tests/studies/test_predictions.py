@@ -27,3 +27,13 @@ def test_failed_predictions_count_for_nothing():
     """Statistics are of those that completed."""
     spread = predictions.spread(np.array([[1.0, np.nan], [3.0, 2.0]]))
     assert spread == {"max": 3.0, "mean": 2.0, "median": 2.0, "min": 1.0}
+
+
+def test_the_band_of_chance_is_as_wide_as_draws_err_together(rng):
+    """Draws that err apart on each manoeuvre have the share of a level inside; those that err alike all or none."""
+    apart, alike = rng.random((100, 400, 10, 3)), np.broadcast_to(rng.random((400, 1, 1)), (100, 400, 10, 3))
+    # A share of 3000 has a standard deviation of 0.009.
+    assert predictions.coverage_of_draws(apart, 0.5) == pytest.approx([0.485, 0.515], abs=0.005)
+    assert predictions.coverage_of_draws(alike, 0.5) == [0.0, 1.0]
+    apart[:50, 0] = np.nan  # half of the flights of a draw fail
+    assert np.isfinite(predictions.coverage_of_draws(apart, 0.5)).all()

@@ -108,7 +108,7 @@ def draw(
     values = [ratios(one.values, reference, prior) for one in found]
     quantiles = posterior.quantiles(QUANTILES)
     low, high = limits(quantiles, prior, reference, values)
-    with style.figure(path, 7.4 * n_panels, 0.235 * length + 1.25) as figure:
+    with style.figure(path, (7.4 if n_panels == 1 else 5.0) * n_panels, 0.235 * length + 1.25) as figure:
         panels = figure.subplots(1, n_panels, squeeze=False, sharex=True)[0]
         beyond = [np.count_nonzero((some < low) | (some > high)) for some in values]
         for panel, rows in zip(panels, np.array_split(order, n_panels), strict=True):

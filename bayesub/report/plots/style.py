@@ -100,7 +100,7 @@ def plain(text: str) -> str:
 def power(value: float) -> str:
     """A number in one or two digits; a small or large one with a power of ten, for a figure."""
     if value == 0.0 or 0.01 <= abs(value) < 1000.0:
-        return f"{value:.2g}"
+        return f"{value:.2g}" if abs(value) < 99.5 else f"{value:.0f}"
     mantissa, exponent = f"{value:.0e}".split("e")
     return rf"${mantissa}\times10^{{{int(exponent)}}}$"
 

@@ -8,11 +8,12 @@ from bayesub.report.plots.coefficients import labels
 
 MAX_TERMS = 5  # terms in colour; the rest are grey
 MAX_POINTS = 1500
+MAX_PANELS = 3
 _COLOURS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK)
 
 
 def draw(path, times, cancellations: dict, equations: EquationSet) -> None:
-    """A panel for each axis.
+    """A panel for each axis, of many those whose terms cancel most.
 
     Parameters
     ----------
@@ -25,15 +26,12 @@ def draw(path, times, cancellations: dict, equations: EquationSet) -> None:
     equations
         Whose coefficients they are.
     """
-    axes = list(cancellations.values())
-    n_columns = 1 if len(axes) == 1 else (2 if len(axes) > 3 else len(axes))
-    n_rows = -(-len(axes) // n_columns)
+    most = sorted(cancellations, key=lambda axis: -cancellations[axis].ratio)[:MAX_PANELS]
+    axes = [cancellation for axis, cancellation in cancellations.items() if axis in most]
     stride = -(-len(times) // MAX_POINTS)
-    with style.figure(path, 3.9 * n_columns + 0.4, 2.2 * n_rows + 0.3) as figure:
-        panels = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True)
-        for panel in panels.flat[len(axes) :]:
-            panel.axis("off")
-        for panel, c in zip(panels.flat, axes, strict=False):
+    with style.figure(path, 3.6 * len(axes) + 0.4, 2.5) as figure:
+        panels = figure.subplots(1, len(axes), squeeze=False)
+        for panel, c in zip(panels.flat, axes, strict=True):
             top = list(c.largest)[:MAX_TERMS]
             unit, factor = _unit(max(c.largest.values()), c.axis)
             rest = [k for k, name in enumerate(c.names) if name not in top]
@@ -44,7 +42,7 @@ def draw(path, times, cancellations: dict, equations: EquationSet) -> None:
                 error = factor * c.errors[::stride, c.names.index(name)]
                 panel.plot(times[::stride], error, color=colour, lw=1.0, label=label)
             panel.plot(times[::stride], factor * c.total[::stride], color=style.TRUTH, lw=1.4, label="sum")
-            panel.set_title(f"{c.axis}: largest term {c.ratio:.2g} times the largest sum", fontsize=9)
+            panel.set_title(f"{c.axis}: largest term {style.power(c.ratio)} times the largest sum", fontsize=9)
             panel.set_ylabel(f"error of {c.axis} ({unit})")
             panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, handlelength=1.2)
         for panel in panels[-1]:

@@ -14,7 +14,7 @@ MAX_POINTS = 1500
 
 
 def draw_correlation(path, collinearities, equations: EquationSet) -> None:
-    """Heat maps of the correlations about zero among the regressors, a panel an axis of the linear form.
+    """Heat maps of the cosines of the regressors, their correlations about zero, a panel an axis of the linear form.
 
     Regressors carry the labels of their coefficients; `collinearities` is axis -> Collinearity, of these
     equations.
@@ -28,7 +28,7 @@ def draw_correlation(path, collinearities, equations: EquationSet) -> None:
         for panel in panels.flat[len(axes) :]:
             panel.axis("off")
         for panel, (title, names, correlation) in zip(panels.flat, axes, strict=False):
-            image = panel.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
+            image = panel.imshow(correlation, cmap="PuOr", vmin=-1, vmax=1)
             place = range(len(names))
             panel.set_xticks(place, labels(names, equations), rotation=90, fontsize=7)
             panel.set_yticks(place, labels(names, equations), fontsize=7)
@@ -36,7 +36,7 @@ def draw_correlation(path, collinearities, equations: EquationSet) -> None:
             panel.grid(visible=False)
             panel.spines[:].set_visible(False)
             panel.set_title(title, fontsize=9)
-        figure.colorbar(image, ax=panels, shrink=0.9, label="correlation about zero")
+        figure.colorbar(image, ax=panels, shrink=0.9, label="cosine of two regressors")
 
 
 def draw_scatter(path, systems: dict, pairs, equations: EquationSet) -> None:

@@ -7,51 +7,35 @@ from bayesub.model.equations import EquationSet
 from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
 
-TOP = 8.0
-SHARPER = 1000.0
+BETTER = 1000.0
+_COLOURS = (style.POSTERIOR, style.LINEAR, style.SQP, style.NULL)
+_LEAST = 1e-2  # per cent, of a change that is drawn
 
 
 def draw(path, profiles: dict, equations: EquationSet) -> None:
-    """A column a profile, by title: with the sensors of the problem, and below with sensors a thousand times better.
+    """A line a profile, by title, on axes of powers of ten, with the 95 % level of these and of better sensors.
 
     Smaller noise on every reading multiplies -2 log likelihood by the square of the factor and moves no optimum,
-    provided that the best fit is perfect.
+    provided that the best fit is perfect: the level is that much lower.
     """
-    with style.figure(path, 2.6 * len(profiles) + 0.4, 5.4) as figure:
-        panels = figure.subplots(2, len(profiles), sharey=True, squeeze=False)
-        for column, (title, p) in zip(panels.T, profiles.items(), strict=True):
-            column[0].set_title(
-                f"{labels([p.name], equations)[0]}, {title}\nrises to {style.power(np.nanmax(p.cost))}", fontsize=9
-            )
-            for panel, sharper in zip(column, (1.0, SHARPER), strict=True):
-                _draw_profile(panel, p, sharper)
-        panels[0, 0].set_ylim(-0.3, TOP)
-        panels[0, 0].set_ylabel("rise of $-2\\log$ likelihood")
-        panels[1, 0].set_ylabel(f"the same, sensors\n{SHARPER:g} times better")
-        handles, words = panels[0, 0].get_legend_handles_labels()
-        figure.legend(handles, words, loc="outside lower center", ncols=3, fontsize=8)
+    with style.figure(path, 7.5, 3.8) as figure:
+        panel = figure.subplots()
+        for (title, p), colour in zip(profiles.items(), _COLOURS, strict=False):
+            change = 100.0 * (p.grid / p.value - 1.0)
+            up, down = change > _LEAST, change < -_LEAST
+            panel.plot(change[up], _positive(p.laplace[up]), color=style.PRIOR, lw=4.0, zorder=1)
+            panel.plot(change[up], _positive(p.cost[up]), "o-", color=colour, ms=3, lw=1.3,
+                       label=f"{labels([p.name], equations)[0]}, {title}")  # fmt: skip
+            panel.plot(-change[down], _positive(p.cost[down]), "--", color=colour, lw=1.0)
+        for level, word in ((LEVEL_95, "95 % level"), (LEVEL_95 / BETTER**2, f"with sensors {BETTER:g} times better")):
+            panel.axhline(level, color=style.TRUTH, lw=0.8, ls=":")
+            panel.text(1.01, level, word, transform=panel.get_yaxis_transform(), va="center", fontsize=8)
+        panel.plot([], [], "--", color=style.TRUTH, lw=1.0, label="changes downwards")
+        panel.plot([], [], color=style.PRIOR, lw=4.0, label="Gaussian approximation")
+        panel.set(xscale="log", yscale="log", xlabel="change of the coefficient (%)")
+        panel.set_ylabel("rise of $-2\\log$ likelihood")
+        figure.legend(*panel.get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
 
 
-def _draw_profile(panel, p, sharper):
-    """One profile against the change of its coefficient, as far as it stays on the page."""
-    order = np.argsort(p.grid / p.value)
-    change, cost, laplace = 100.0 * (p.grid / p.value - 1.0)[order], p.cost[order], p.laplace[order]
-    reach = max(np.abs(change[np.isfinite(cost)]))
-    steepest = sharper * np.sqrt(np.nanmax(cost))
-    if steepest > np.sqrt(TOP):
-        reach *= min(1.0, 1.5 * np.sqrt(TOP) / steepest)
-    fine = np.linspace(-reach, reach, 400)
-    # The root of a profile is nearly straight on either side of the best.
-    for values, style_of in (
-        (laplace, {"color": style.PRIOR, "lw": 3.5}),
-        (cost, {"color": style.POSTERIOR, "lw": 1.3}),
-    ):
-        root = np.interp(fine, change, np.sqrt(np.maximum(values, 0.0)))
-        word = "profile" if values is cost else "Gaussian approximation"
-        panel.plot(fine, (sharper * root) ** 2, label=word, **style_of)
-    drawn = np.abs(change) <= reach
-    panel.plot(change[drawn], sharper**2 * cost[drawn], "o", ms=3, color=style.POSTERIOR)
-    panel.axhline(LEVEL_95, color=style.WEAK, lw=1.2, ls="--", label="95 % level")
-    panel.set_xlabel("change (%)")
-    panel.tick_params(axis="x", labelsize=8)
-    panel.locator_params(axis="x", nbins=5)
+def _positive(values) -> np.ndarray:
+    return np.where(values > 0.0, values, np.nan)

@@ -1,14 +1,11 @@
-"""The spectra of several problems side by side, and the stiffest, sloppiest and null directions of one."""
+"""The spectra of several problems side by side."""
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from bayesub.inference.identifiability import Spectrum
-from bayesub.model.equations import EquationSet
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import labels
 
-BARS = 8  # entries of a direction that are drawn
 _HEADROOM = 1e6  # room for a legend above the stiffest
 
 
@@ -29,45 +26,16 @@ def draw_cases(path, spectra: dict, n_columns: int) -> None:
             panel.set_xlabel("direction")
 
 
-def draw_directions(path, spectrum, equations: EquationSet, n_each: int = 3) -> None:
-    """The stiffest directions, the sloppiest that are not null, and the null ones, by their largest entries."""
-    last = len(spectrum.names) - spectrum.n_null
-    rows = [
-        ("stiff", style.POSTERIOR, range(n_each)),
-        ("sloppy", style.WEAK, range(last - 1, last - 1 - n_each, -1)),
-        ("null", style.NULL, range(last, min(last + n_each, len(spectrum.names)))),
-    ]
-    rows = [row for row in rows if len(row[2])]
-    with style.figure(path, 9.0, 2.2 * len(rows) + 0.4) as figure:
-        panels = figure.subplots(len(rows), n_each, sharex=True, squeeze=False)
-        for row, (word, colour, members) in zip(panels, rows, strict=True):
-            for panel in row[len(members) :]:
-                panel.axis("off")
-            for panel, i in zip(row, members, strict=False):
-                entries = {name: x for name, x in list(spectrum.direction(i).items())[:BARS] if x != 0.0}
-                place = np.arange(len(entries))
-                panel.barh(place, list(entries.values()), color=colour)
-                panel.axvline(0.0, color=style.TRUTH, lw=0.6)
-                panel.set_yticks(place, labels(entries, equations), fontsize=8)
-                panel.invert_yaxis()
-                panel.grid(axis="y", visible=False)
-                known = f"data sd = {style.power(1.0 / spectrum.singular_values[i])} prior sd"
-                panel.set_title(f"{word}: " + ("no data" if word == "null" else known), fontsize=8.5)
-                panel.tick_params(labelbottom=True)
-        panels[0, 0].set_xlim(-1.05, 1.05)
-        figure.supxlabel(f"prior standard deviations along the unit direction ({BARS} largest entries)", fontsize=9)
-
-
 def draw_values(axis: Axes, spectrum: Spectrum) -> None:
-    """Draw singular values by their number: sharp, sloppy and null ones, and the gap before the null ones."""
+    """Draw singular values by their number: stiff, sloppy and null ones, and the gap before the null ones."""
     s, n_null = spectrum.singular_values, spectrum.n_null
     number = np.arange(1, len(s) + 1)
     null = number > len(s) - n_null
-    sharp = (s > 1.0) & ~null
+    stiff = (s > 1.0) & ~null
     groups = (
-        (sharp, style.POSTERIOR, "o", f"{sharp.sum()} sharpened by the data"),
-        (~sharp & ~null, style.WEAK, "s", f"{(~sharp & ~null).sum()} left to the prior"),
-        (null, style.NULL, "D", f"{null.sum()} null: no data of this kind can tell"),
+        (stiff, style.POSTERIOR, "o", f"{stiff.sum()} known better than by the prior"),
+        (~stiff & ~null, style.WEAK, "s", f"{(~stiff & ~null).sum()} left to the prior"),
+        (null, style.NULL, "D", f"{null.sum()} null: no data of this kind see them"),
     )
     for members, colour, marker, label in groups:
         if members.any():

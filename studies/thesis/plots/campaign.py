@@ -9,7 +9,7 @@ from bayesub.report.plots import style
 from thesis.plots.floors import above_floor
 from thesis.plots.labels import labels
 
-_ROW = 40  # coefficients a row
+_ROW = 30  # coefficients a row, whose labels are read at the width of a page
 _FLOOR = 1e-16  # of an error that is drawn
 
 
@@ -37,7 +37,7 @@ def draw_costs(path, case) -> None:
 
 
 def draw_coefficients(path, names, ratios, starts, bounds, *, label="SQP, converged") -> None:
-    """Ratio to the truth of every coefficient, one dot a search, with the starts; up to forty coefficients a row.
+    """Ratio to the truth of every coefficient, one dot a search, with the starts; up to thirty coefficients a row.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def draw_coefficients(path, names, ratios, starts, bounds, *, label="SQP, conver
 
 
 def draw_sets(path, names, groups, bounds=()) -> None:
-    """Ratios to the truth of groups of coefficient sets, side by side; up to forty coefficients a row.
+    """Ratios to the truth of groups of coefficient sets, side by side; up to thirty coefficients a row.
 
     Parameters
     ----------

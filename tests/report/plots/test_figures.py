@@ -9,6 +9,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from PIL import Image
 from scipy import special
+from support.layout import WrittenTexts
 
 from bayesub.findings.data_card import DataCard
 from bayesub.inference.identifiability.fisher import Spectrum
@@ -54,10 +55,6 @@ SQP = coefficients.Found("SQP, 2 starts: 1 fit", np.tile(REFERENCE, (2, 1)), GOO
 def draw_calibration(path):
     points = np.linspace(0.0, 1.0, 22)[1:-1]
     calibration.draw_ecdf(path, {"Xuu": points, "log likelihood": points}, (points - 0.2, points + 0.2), EQUATIONS)
-
-
-def draw_calibration_histograms(path):
-    calibration.draw_histograms(path, {"Xuu": np.arange(100)}, 99, (2, 9), EQUATIONS)
 
 
 def draw_cancellation(path):
@@ -157,16 +154,11 @@ def draw_spectra(path):
     spectra.draw_cases(path, {"one": SPECTRUM, "another": SPECTRUM}, 2)
 
 
-def draw_directions(path):
-    spectra.draw_directions(path, SPECTRUM, EQUATIONS, n_each=1)
-
-
 FIGURES = {
     draw_calibration: ("rank of the truth among posterior draws, as a fraction", "ECDF minus uniform"),
-    draw_calibration_histograms: ("rank of the truth among posterior draws, as a fraction", "trials in a bin"),
     draw_cancellation: ("time (s)", "error of X (kN)"),
     draw_coefficients: ("ratio to truth",),
-    draw_correlation_of_regressors: ("correlation about zero",),
+    draw_correlation_of_regressors: ("cosine of two regressors",),
     draw_scatter_of_regressors: ("$uv$ over its largest", "$ur$ over its largest"),
     draw_contribution: (r"cost (m$^2$ + deg$^2$)",),
     draw_cross_check: ("emcee - NUTS (Monte Carlo standard errors)",),
@@ -174,14 +166,13 @@ FIGURES = {
     draw_fit: ("time (s)", "lag (readings)"),
     draw_correlation: ("posterior correlation",),
     draw_nuisance: ("yaw0 (deg)",),
-    draw_profile: ("change (%)", "rise of $-2\\log$ likelihood"),
+    draw_profile: ("change of the coefficient (%)", "rise of $-2\\log$ likelihood"),
     draw_ranks: ("step after warm-up", "rank over number of draws"),
     draw_ladder: ("standard deviation, in those of the prior",),
     draw_ladder_of_directions: ("posterior sd, distance of solutions, in prior sds", "direction"),
     draw_pairs: ("$X'_{uu}$", "yaw0 (deg)"),
     draw_spectrum: ("posterior sd, in prior sds", "direction"),
     draw_spectra: ("direction", "singular value\n(prior sd / data sd)"),
-    draw_directions: ("prior standard deviations along the unit direction (8 largest entries)",),
     draw_corner: (),
 }
 
@@ -231,9 +222,11 @@ def check(drawings, folder, expected):
 
 
 @pytest.mark.parametrize("draw", FIGURES, ids=lambda draw: draw.__name__)
-def test_a_figure_is_drawn_once_for_both_formats_and_labelled(draw, tmp_path, drawings):
+def test_a_figure_is_drawn_once_for_both_formats_and_labelled(draw, tmp_path, drawings, monkeypatch):
+    texts = WrittenTexts(monkeypatch)
     draw([tmp_path / "figure.png", tmp_path / "figure.pdf"])
     check(drawings, tmp_path, FIGURES[draw])
+    assert texts.unreadable() == []
 
 
 def test_tracks(tmp_path, drawings, spiral_track):
