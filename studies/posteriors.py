@@ -32,6 +32,7 @@ from scipy import stats
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.problem.distributions import Normal
 from bayesub.report.plots import corner, style
+from bayesub.report.plots.coefficients import Found
 from posteriors import plots, tables
 from posteriors.trials import DrawsOfCoefficients, compare, searches
 from thesis import cases
@@ -132,7 +133,8 @@ def draw_case(run, name, case, arrays):
     draws = DrawsOfCoefficients(tuple(np.array(case["names"])[some]), arrays["draws"].astype(float), prior.sd)
     sets = plots.identified(arrays["exact"], reference)[:, some]
     path, everything = run.figure(f"trade_offs_{name}"), np.arange(len(some))
-    corner.draw(path, draws, prior, reference[some], EQUATIONS, chosen=everything, sets={"SQP, exact track": sets})
+    found = Found("SQP, exact track", sets, np.ones(len(sets), dtype=bool), np.isfinite(sets))
+    corner.draw(path, draws, prior, reference[some], EQUATIONS, chosen=everything, found=[found])
 
 
 def claims(numbers):

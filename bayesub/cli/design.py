@@ -81,7 +81,7 @@ def design(
     subproblem: str | None,
     **asked: Any,
 ) -> None:
-    """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that tells most, within limits.
+    """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that determines most, within limits.
 
     It writes manoeuvre.csv, which `bayesub simulate` and an autopilot fly, design.json, and a page design.html: orders,
     track, margins to the limits, what each coefficient will be known to, and what stays out of reach whatever is flown.

@@ -56,7 +56,7 @@ def _rows(glance: Mapping[str, Any], *, good: bool) -> Iterator[tuple[str, str]]
     """Label and words of each line; of an answer that is not to be used, what is wrong in place of the answer."""
     marks = glance["marks"]
     bad = [mark for mark in marks if mark["good"] is False]
-    words = {True: "{word}", None: "{topic} {word}"}  # of those that are passed, and of those that nobody has tried
+    words = {True: "{word}", None: "{topic} {word}"}  # of those that are passed, and of those that were not tried
     others = [("{word} ({text})" if m["topic"] == "sampling" else words[m["good"]], m) for m in marks if m not in bad]
     yield "checks", ", ".join(form.format(**mark) for form, mark in others)
     for mark in bad:

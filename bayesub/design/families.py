@@ -84,7 +84,7 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
         factor = log_files.si_factor(column)
         largest = min(member.limit, given.get(column, np.inf) * factor)
         rate = min(np.inf if member.rate is None else member.rate, given.get(f"{column}ps", np.inf) * factor)
-        if np.isfinite(largest):  # and not the density of the water, or a tank of which nobody says how large it is
+        if np.isfinite(largest):  # and not the density of the water, or a tank of unknown size
             moved.append(Control(column, member.rest, member.zero - largest, member.zero + largest, rate))
     steady = vehicle.rpm_per_mps * vehicle.speed_mps
     low, high = (0.01 * percent * steady for percent in (limits.min_rpm_percent, limits.max_rpm_percent))

@@ -1,8 +1,8 @@
 """Several posteriors side by side: intervals, contractions, distances, and what each predicts, in numbers."""
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from bayesub.problem.nuisance import of_boat
 
 QUANTILES = tuple(derived.QUANTILES.values())
 LONGEST = 200  # characters of a setting in a table
+CLEAR = 0.95  # an sd over another, above which both are alike
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class ComparedRun:
     settings: dict  # the entries of its configuration by which runs may differ
     prediction: PredictedTrial | None = None  # of the common manoeuvre
     why_not: str = ""  # why there is no prediction
+    conditional_sd: Mapping[str, float] = field(default_factory=dict)  # parameter -> sd if all others were known
 
     @cached_property
     def places(self) -> dict[tuple, int]:
@@ -70,6 +72,7 @@ class ComparedRun:
             "prior_mean": float(posterior.prior_mean[k]),
             "prior_sd": float(posterior.prior_sd[k]),
             "contraction": float(posterior.contraction[k]),
+            "conditional_sd": self.conditional_sd.get(posterior.names[k]),
         }
 
 
@@ -160,9 +163,12 @@ class Comparison:
         }
         if shared:
             sds = {name: {label: numbers["parameters"][name][label]["sd"] for label in labels} for name in shared}
-            best = [min(labels, key=of.__getitem__) for of in sds.values()]
+            best = [
+                min(labels, key=of.__getitem__) for of in sds.values() if min(of.values()) < CLEAR * max(of.values())
+            ]
             counts = ", ".join(f"{best.count(label)} by {label}" for label in labels)
-            sentences["known"] = f"Known best (smallest sd): {counts}."
+            alike = f"; {len(shared) - len(best)} equally well" if len(best) < len(shared) else ""
+            sentences["known"] = f"Known best (smallest sd, by {100 * (1 - CLEAR):.0f} % and more): {counts}{alike}."
         pairs = [pair for pair in numbers["pairs"] if pair["n_shared"]]
         if pairs:
             apart = max(pairs, key=lambda pair: pair["hellinger"])
@@ -170,11 +176,17 @@ class Comparison:
             chance = max((floor for floor in floors if floor is not None), default=None)
             of = f" (two halves of one run: {cell(chance, 2)})" if chance is not None else ""
             name = apart["furthest"]
-            sentences["distance"] = (
-                f"Furthest apart are {apart['first']} and {apart['second']}: Hellinger distance "
-                f"{cell(apart['hellinger'], 2)} of {apart['n_shared']} parameters{of}, and most of all {name}, moved "
-                f"by {cell(apart['wasserstein'][name], 2)} pooled sds."
-            )
+            if chance is not None and apart["hellinger"] <= chance:
+                sentences["distance"] = (
+                    f"There is no difference beyond the noise of the draws: Hellinger distance at most "
+                    f"{cell(apart['hellinger'], 2)} of {apart['n_shared']} parameters{of}."
+                )
+            else:
+                sentences["distance"] = (
+                    f"Furthest apart are {apart['first']} and {apart['second']}: Hellinger distance "
+                    f"{cell(apart['hellinger'], 2)} of {apart['n_shared']} parameters{of}, and most of all {name}, "
+                    f"moved by {cell(apart['wasserstein'][name], 2)} pooled sds."
+                )
         flown = {label: p for label, p in numbers["predictions"].items() if p.get("is_flown")}
         if flown:
             places = [f"{cell(p['distance_m'][POSTERIOR]['at_end'], 2)} m ({label})" for label, p in flown.items()]

@@ -30,7 +30,7 @@ class ChannelCard:
     interval_s: float  # the median between two readings
     gaps: tuple[tuple[float, float], ...]  # start and end in s of each time without readings
     outliers: np.ndarray  # times in s of readings unlike their neighbours
-    n_directions: int  # of parameter space in which this channel alone is sharper than the prior
+    n_directions: int  # of parameter space that this channel alone determines better than the prior
     contraction: np.ndarray  # (n_params,), posterior over prior sd by its Fisher information at the prior centre alone
 
     def row(self, names: Sequence[str]) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ class ChannelCard:
 
 @dataclass(frozen=True)
 class DataCard:
-    """What the data of a study are like."""
+    """Coverage and information of the data of a study."""
 
     title: str  # study and vehicle
     equations: EquationSet  # of the vehicle
@@ -143,7 +143,7 @@ def _without_forces(whitened, others) -> np.ndarray:
 
 
 def _information(whitened, factor) -> tuple[int, np.ndarray]:
-    """Directions sharper than the prior, and posterior sd over prior sd (n_others,).
+    """Directions known better than by the prior, and posterior sd over prior sd (n_others,).
 
     They are of a Jacobian by parameters in prior sds, whose correlations have the factor (n_others, n_others).
     """

@@ -60,7 +60,7 @@ def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Discre
         suspects.setdefault(check.faults[0], {})[name] = check  # the others may follow from the first
     conclusion = "The noise is smaller than its model says, and the intervals are too wide"
     if suspects.keys() != {"small"}:
-        conclusion = "The model does not fit, and then the intervals are too narrow"
+        conclusion = "The model does not fit, so that the intervals are too narrow"
     if explained and "correlated" in suspects:
         details = [f"{_neighbours(suspects.pop('correlated'))}. {look_like(explained)}"]
     else:
@@ -100,7 +100,7 @@ def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
 
 def _neighbours(checks):
     neighbours = _listed({name: f"{check.correlations[0]:.2f}" for name, check in checks.items()})
-    return f"Residuals follow from those before them, with correlation of neighbours {neighbours}"
+    return f"Neighbouring residuals are correlated: {neighbours}"
 
 
 def _correlated(checks, problem):

@@ -14,7 +14,7 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.checks import convergence
 from bayesub.inference.checks.discrepancy import Discrepancy
 from bayesub.inference.checks.fit import Criticism, criticise
-from bayesub.inference.identifiability import NullSpace, Spectrum, kept, null_space
+from bayesub.inference.identifiability import NullSpace, Spectrum, conditional_sd, kept, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io import seeds
 from bayesub.model.quantities import Quantity
@@ -43,26 +43,24 @@ class Results:
 
     @cached_property
     def prior(self) -> Prior:
-        """What was known before of all parameters: the prior with the scale that was found."""
+        """The prior of all parameters, with the scale that was found."""
         return self.posterior.known_before(self.problem.prior)
 
     @cached_property
     def prior_of_others(self) -> Prior:
-        """What was known before of the parameters of :attr:`summary`."""
+        """The prior of the parameters of :attr:`summary`."""
         return self.summary.known_before(self.problem.prior_of_others)
 
     @cached_property
     def null_sds(self) -> np.ndarray:
-        """(2, n_params) mean and sd along each direction of the spectrum where the data say nothing of it.
+        """(n_params,) sd along each direction of the spectrum where the data say nothing of it, in prior sds.
 
-        In prior sds from the prior mean: 0 and 1, but for null directions what the prior alone makes of them beside
-        what the data say of all others.
+        That is 1, and of null directions what the prior alone makes of them beside what the data say of all others.
         """
-        spectrum, summary, null = self.spectrum, self.summary, self._null
-        result = np.outer([0.0, 1.0], np.ones(len(spectrum.names)))
-        steps = spectrum.directions[null] * spectrum.prior_sd
-        mean, sd = kept(self.problem.prior_of_others, summary.draws, steps, self._null_coordinates)
-        result[:, null] = mean - self._null_coordinates @ summary.prior_mean, sd
+        spectrum, result = self.spectrum, np.ones(len(self.spectrum.names))
+        steps = spectrum.directions[self._null] * spectrum.prior_sd
+        prior, draws = self.problem.prior_of_others, self.summary.draws
+        result[self._null] = kept(prior, draws, steps, self._null_coordinates)
         return result
 
     @property
@@ -76,12 +74,17 @@ class Results:
     @cached_property
     def null_contraction(self) -> np.ndarray:
         """(n_null,) posterior sd along each null direction over what the prior alone makes of it: 1 is right."""
-        return (self.summary.draws @ self._null_coordinates.T).std(axis=0, ddof=1) / self.null_sds[1, self._null]
+        return (self.summary.draws @ self._null_coordinates.T).std(axis=0, ddof=1) / self.null_sds[self._null]
 
     @cached_property
     def correlation(self) -> np.ndarray:
         """(n_params, n_params) of what is drawn of :attr:`summary`: ratios of coefficients to the reference."""
         return run_numbers.correlation_of_ratios(self.problem, self.summary)
+
+    @cached_property
+    def conditional_sd(self) -> np.ndarray:
+        """(n_params,) of the parameters of :attr:`summary`, each if all others were known."""
+        return conditional_sd(self.problem, self.posterior.draws)
 
     def _random(self, member: int) -> np.random.Generator:
         return seeds.generator(self.seed, seeds.REPORT, member)
@@ -104,7 +107,7 @@ class Results:
 
     @cached_property
     def derived(self) -> derived.Derived:
-        """What follows from the coefficients, of the prior and of the posterior."""
+        """Quantities that follow from the coefficients, of the prior and of the posterior."""
         rng = self._random(seeds.DERIVED)
         return derived.derive(self.problem, self.posterior.draws, rng, self.quantities, self.prior)
 
@@ -120,7 +123,7 @@ class Results:
 
     @cached_property
     def criticism(self) -> Criticism:
-        """What the residuals say of the model."""
+        """The tests of the residuals."""
         return criticise(self.residuals, self.times)
 
     @cached_property
@@ -139,7 +142,15 @@ class Results:
 def numbers_of(results: Results) -> dict:
     """Every number of a report and its sentences, as JSON types, without those of the study that asked."""
     problem, spectrum, null_space = results.problem, results.spectrum, results.null_space
-    numbers = run_numbers.collect(problem, results.estimates, spectrum, results.posterior, results.summary, null_space)
+    numbers = run_numbers.collect(
+        problem,
+        results.estimates,
+        spectrum,
+        results.posterior,
+        results.summary,
+        null_space,
+        results.conditional_sd,
+    )
     numbers["null_contraction"] = results.null_contraction.tolist()
     numbers["set_up"] = set_up.rows(results.problem)
     numbers["criticism"] = results.criticism.to_json()

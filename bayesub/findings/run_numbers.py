@@ -9,10 +9,11 @@ from bayesub.findings import conflicts, rests_on, set_up, zeros
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
+from bayesub.inference.baselines.sqp import BOUNDS
 from bayesub.inference.checks import normality
 from bayesub.inference.identifiability import NullSpace, Spectrum
 from bayesub.inference.sampling import Posterior
-from bayesub.io.words import counted, listed, rounded
+from bayesub.io.words import cell, counted, listed, rounded
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
 UNTOUCHED = 0.9  # posterior sd relative to the prior sd
@@ -31,11 +32,13 @@ def collect(
     posterior: Posterior,
     summary: Posterior,
     null_space: NullSpace,
+    conditional_sd: np.ndarray,
 ) -> dict:
     """Every number that the report quotes, as JSON types.
 
     `spectrum`: with its null directions last; `summary`: the posterior of all but white coordinates of histories,
-    beside what was known before; `null_space`: that of the spectrum, axis by axis.
+    beside what was known before; `null_space`: that of the spectrum, axis by axis; `conditional_sd`: (n_others,) of
+    each parameter of the summary if all others were known.
     """
     trials: list[dict[str, Any]] = [
         {
@@ -50,7 +53,8 @@ def collect(
     ]
     n = problem.n_coefficients
     dimensional = any(term.unit for term in problem.equations.terms)
-    rows = _parameters(problem, summary, conflicts.power_scaling(problem, posterior, summary.bulk_ess))
+    sensitivity = conflicts.power_scaling(problem, posterior, summary.bulk_ess)
+    rows = _parameters(problem, summary, {"conditional_sd": conditional_sd} | sensitivity)
     assert spectrum.values is not None  # of a posterior it has them
     coefficient_pairs, nuisance_pairs = _trade_offs(summary.names, correlation_of_ratios(problem, summary), n)
     return {
@@ -85,7 +89,7 @@ def collect(
     }
 
 
-def _parameters(problem, posterior, sensitivity) -> list[dict]:
+def _parameters(problem, posterior, others) -> list[dict]:
     """A row for each parameter; the unit is that of a dimensional coefficient, or None."""
     units = {term.name: term.unit for term in problem.equations.terms}
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
@@ -100,7 +104,7 @@ def _parameters(problem, posterior, sensitivity) -> list[dict]:
         "q95": q95,
         "contraction": posterior.contraction,
         "relative_sd": posterior.sd / np.abs(posterior.mean),
-        **sensitivity,
+        **others,
         "rhat": posterior.rhat,
         "bulk_ess": posterior.bulk_ess,
         "tail_ess": posterior.tail_ess,
@@ -188,7 +192,8 @@ def _baseline(problem, estimate) -> dict:
     found = estimate.solutions[:, [estimate.names.index(name) for name in plain.names]]
     solutions, reference = found[:, :n], problem.reference[:n]
     errors = np.abs(solutions - reference)
-    guess_errors = np.abs(plain.prior.guess[:n] - reference)
+    guess = plain.prior.guess[:n]
+    guess_errors = np.abs(guess - reference)
     return {
         "method": estimate.method,
         "costs": estimate.costs.tolist(),
@@ -200,6 +205,12 @@ def _baseline(problem, estimate) -> dict:
         "n_params": len(reference),
         "nuisance": dict(zip(plain.names[n:], found[:, n:].T.tolist(), strict=True)),
         "chi_square_per_reading": _chi_squares(plain, found),
+        "at_bounds": [
+            [name for name, is_bound in zip(plain.names, row, strict=False) if is_bound]
+            for row in np.abs(solutions - guess) > (BOUNDS - 1e-6) * np.abs(guess)
+        ]
+        if estimate.method == "SQP"
+        else [[]] * len(solutions),
         "ratios": [
             [x / r if r else None for x, r in zip(solution, reference.tolist(), strict=True)]
             for solution in solutions.tolist()
@@ -213,10 +224,14 @@ def sentences(numbers: dict) -> dict[str, str]:
     result |= _knowledge(numbers)
     if text := conflicts.sensitivity_sentence(numbers["parameters"]):
         result["prior"] = text
-    result |= _directions(numbers) | _strong_trade_offs(numbers)
+    result |= _directions(numbers) | _strong_trade_offs(numbers) | _others_known(numbers)
     normal = numbers["normality"]
-    result["normality"] = f"{normal['sentence']} A vehicle file by bayesub export, which is a normal distribution, "
-    result["normality"] += "holds it." if normal["close"] else "loses that: fit the next trial together with this one."
+    lost = (
+        "holds this posterior"
+        if normal["close"]
+        else "is not this posterior: fit the next trial together with this one"
+    )
+    result["normality"] = f"A vehicle file by bayesub export, a normal distribution, {lost}. {normal['sentence']}"
     parts = [zeros.sentence(numbers["zeros"])] if numbers["zeros"] else []
     parts += [f"{numbers['advice']}."] if numbers["advice"] else []
     if parts:
@@ -229,14 +244,13 @@ def sentences(numbers: dict) -> dict[str, str]:
 
 
 def _answer(numbers) -> dict[str, str]:
-    """What the trial says, in one sentence."""
+    """The answer of the trial in one sentence."""
     rows = numbers["parameters"]
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
     return {
-        "answer": f"Of {len(rows)} coefficients {known} are known to {100 * KNOWN:.0f} %, "
-        f"{len(rows) - known - untouched} better than before the trial, and {untouched} by the prior alone; "
-        f"{null_count(numbers['ranks'])}."
+        "answer": f"Of {len(rows)} coefficients: {known} known to {100 * KNOWN:.0f} %, {len(rows) - known - untouched} "
+        f"less well but better than before, {untouched} by the prior alone; {null_count(numbers['ranks'])}."
     }
 
 
@@ -259,11 +273,11 @@ def _knowledge(numbers) -> dict[str, str]:
     rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
     sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
     untouched = [row["name"] for row in rows if row["contraction"] >= UNTOUCHED]
-    result = {"known": f"The data make no coefficient known to better than {100 * KNOWN:.0f} %."}
+    result = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
     if known:
         result["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
     if sharper:
-        result["sharper"] = f"More than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
+        result["sharper"] = f"Better than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
     if untouched:
         result["untouched"] = (
             f"Known by the prior alone (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
@@ -275,16 +289,16 @@ def _knowledge(numbers) -> dict[str, str]:
 def _directions(numbers) -> dict[str, str]:
     n = len(numbers["parameters"]) + len(numbers["nuisance"])
     n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
-    space = "parameter" if numbers["nuisance"] else "coefficient"
+    which = "parameters" if numbers["nuisance"] else "coefficients"
     result = {
-        "directions": f"Of {n} directions in {space} space the data sharpen {n_sharpened} and leave "
-        f"{n - n_sharpened - n_null} to the prior; whatever the sensors, {null_count(numbers['ranks'])}."
+        "directions": f"Of {n} independent combinations of {which} the data determine {n_sharpened} better than the "
+        f"prior and {n - n_sharpened - n_null} less well; whatever the sensors, {null_count(numbers['ranks'])}."
     }
     if words := null_sentence(numbers["null_directions"]):
         pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
         result["null"] = (
-            f"The motion stays the same with changes of {words} (of their values; any multiple does as little). "
-            f"Holding {', '.join(pivots)} fixed makes the rest unique."
+            f"The motion stays the same when these change together, in per cent of their values or any multiple of "
+            f"that: {words}. Holding {', '.join(pivots)} fixed makes the rest unique."
         )
     return result
 
@@ -297,6 +311,22 @@ def _strong_trade_offs(numbers) -> dict[str, str]:
     if pairs := _strong_pairs(numbers["nuisance_trade_offs"]):
         text += f" With nuisance parameters: {pairs}."
     return {"trade_offs": text}
+
+
+def gain(row: Mapping[str, Any]) -> float:
+    """How many times smaller the posterior sd of a parameter would be if all others were known, by its numbers."""
+    return max(row["sd"] / row["conditional_sd"], 1.0)
+
+
+def _others_known(numbers) -> dict[str, str]:
+    """The ill-conditioning of all coefficients together, which pairs do not show."""
+    rows = sorted(numbers["parameters"], key=gain)
+    median, least, most = np.median([gain(row) for row in rows]), rows[0], rows[-1]
+    ends = f" ({least['name']} {cell(gain(least), 2)} to {most['name']} {cell(gain(most), 2)})" if len(rows) > 1 else ""
+    return {
+        "others_known": f"If all others were known, the posterior sd of the median coefficient would be "
+        f"{cell(median, 2)} times smaller{ends}."
+    }
 
 
 def _strong_pairs(trade_offs) -> str:
@@ -315,28 +345,22 @@ def _search(numbers) -> dict[str, str]:
     further = [f"{end(search['further_than_guess'])}" for end in (min, max)]
     held = ""
     if names := search.get("nuisance"):
-        held = f", which searches {', '.join(names)} with their priors as readings,"
+        held = f", which also searches {', '.join(names)} with their priors as readings,"
     elif numbers["nuisance"]:
         held = ", which holds nuisance parameters at their prior means,"
     if numbers.get("disturbance"):
-        held = ", which knows no other force than those of the equations,"
+        held = ", which leaves unmodelled forces out,"
     return {
         "sqp": f"SQP{held} from {counted(search['n_starts'], 'start')} reaches a chi-square per reading of "
         f"{' to '.join(dict.fromkeys((fits[0], fits[-1])))}, the best draw of the posterior "
         f"{numbers['chi_square_per_reading']:.3f}; {' to '.join(dict.fromkeys(further))} of its {search['n_params']} "
-        f"coefficients end further from the {reference_word(numbers)} than the guess was."
+        f"coefficients end further from the {reference_word(numbers)} than the centre of the prior."
     }
 
 
 def reference_word(numbers: dict) -> str:
-    """What ratios refer to."""
+    """The word for what ratios refer to."""
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
-
-
-def combination(vector: dict[str, float], least: float = 0.0) -> str:
-    """A null vector in words, such as ``+1 Yv_absnu +0.43 Yvdot ..``, entries of at least `least` in size."""
-    entries = [f"{value:+.2g} {name}" for name, value in vector.items() if abs(value) >= least]
-    return " ".join(entries) + (" .." if len(entries) < len(vector) else "")
 
 
 def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dict]:

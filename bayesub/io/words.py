@@ -11,7 +11,7 @@ _PLACES = 9  # after the point, beyond which numbers have a power of ten
 _LARGE = 1e5  # sd from which values have a power of ten
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNITS = {"mps": "m/s", "degps": "deg/s", "mps2": "m/s²", "degps2": "deg/s²", "kgm2": "kg m²", "n": "N"}
-_UNITS |= {"m": "m", "deg": "deg", "s": "s", "kg": "kg"}
+_UNITS |= {"m": "m", "deg": "deg", "s": "s", "kg": "kg", "percent": "%", "percentps": "%/s"}
 
 # What the label and the unit of a coefficient may be, so that they are formulae of LaTeX and nothing else: letters,
 # signs, and commands of mathematics. Two carets would write any character.
@@ -62,6 +62,12 @@ def with_unit(column: str) -> str:
     *words, unit = name.split("_")
     last = f"({_UNITS[unit]})" if words and unit in _UNITS else unit
     return " ".join([*words, last]) + (f" {bracket}{trial}" if bracket else "")
+
+
+def measured(column: str, value: float | str) -> str:
+    """A value with the name and the unit of its column: ``roll_deg`` and 30 are ``roll 30 deg``."""
+    name, _, unit = with_unit(column).partition(" (")
+    return f"{name} {value if isinstance(value, str) else f'{value:.4g}'} {unit.rstrip(')')}".rstrip()
 
 
 def powers(text: str) -> str:

@@ -154,10 +154,14 @@ class Chart {
       const [top, bottom] = [at(0, high)[1], at(0, low)[1]];
       ctx.fillRect(bbox.left, top, bbox.width, bottom - top);
     },
-    frame(ctx, at, { x, y }) {
+    // What holds 90 % of two independent normals of which x and y hold 90 % each.
+    ellipse(ctx, at, { x, y }) {
       const [left, top] = at(x[0], y[1]);
       const [right, bottom] = at(x[1], y[0]);
-      ctx.strokeRect(left, top, right - left, bottom - top);
+      const wider = 2.146 / 1.645 / 2;
+      ctx.beginPath();
+      ctx.ellipse((left + right) / 2, (top + bottom) / 2, Math.abs(right - left) * wider, Math.abs(bottom - top) * wider, 0, 0, 2 * Math.PI);
+      ctx.stroke();
     },
     cross(ctx, at, { x, y }, bbox) {
       const [left, top] = at(x, y);

@@ -11,7 +11,7 @@ from bayesub.io.words import cell, uncertain, with_unit
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 from bayesub.report.plots import coefficients, motion
 
-MOST = len(coefficients.RUNS)  # runs that can be told apart
+MOST = len(coefficients.RUNS)  # runs that can be distinguished
 FURTHEST = 5  # parameters that are named of a pair
 _PRIOR_90 = 1.645  # sds of a normal prior from its mean
 
@@ -90,7 +90,7 @@ def sheet(comparison: Comparison, **about) -> Sheet:
     in_doubt = [f"{label} {run['verdict'].upper()}" for label, run in numbers["runs"].items() if STATUS[run["verdict"]]]
     verdicts = [Verdict(True, "Compared.", " ".join(numbers["sentences"].values()))]
     if in_doubt:
-        verdicts.insert(0, Verdict(False, "IN DOUBT:", f"{', '.join(in_doubt)}. What is said of it may be wrong."))
+        verdicts.insert(0, Verdict(False, "IN DOUBT:", f"{', '.join(in_doubt)}. Statements about it may be wrong."))
     coefficients, *others = figures(comparison)
     differences = []
     if comparison.differences:
@@ -109,15 +109,22 @@ def sheet(comparison: Comparison, **about) -> Sheet:
     if others:
         parts.append(_predictions_table(comparison))
     rows = [
-        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}"]
+        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}", _if_others_known(one)]
         for name, runs in numbers["parameters"].items()
         for label, one in runs.items()
     ]
-    parts.append(Table("Every parameter", ["parameter", "run", "mean ± sd", "posterior / prior sd"], rows, ["run"]))
+    heads = ["parameter", "run", "mean ± sd", "posterior / prior sd", "the same if all others were known"]
+    parts.append(Table("Every parameter", heads, rows, ["run"]))
     title = " and ".join([", ".join(labels[:-1]), labels[-1]])
     question = "What do these posteriors say of the same coefficients, and of the same manoeuvre?"
     facts = {"Differences": "" if differences else "None between the studies and the code."}
     return Sheet(f"{title} compared", question, verdicts, facts, parts, **about)
+
+
+def _if_others_known(one: Mapping) -> str:
+    """Over the sd of the prior; empty for a run of an older version."""
+    sd = one["conditional_sd"]
+    return "" if sd is None else cell(sd / one["prior_sd"], 2)
 
 
 def _distances_table(comparison: Comparison) -> Table:

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label, numbers, search_sentences
-from bayesub.findings.run_numbers import combination
+from bayesub.findings.run_numbers import null_changes, percent
 from bayesub.io.atomic import write_text, writing
+from bayesub.io.words import with_unit
 from bayesub.report.page import ReportFigure, draw_all, fill
 from bayesub.report.plots import design as plots
 from bayesub.report.plots.coefficients import labels
@@ -24,7 +25,9 @@ def write(folder: Path, design: DesignedTrial) -> dict:
             draw_all(pictures, folder),
             titles={figure.name: figure.title for figure in pictures},
             numbers=content,
-            out_of_reach=[combination(vector) for vector in content["out_of_reach"]],
+            out_of_reach=null_changes(design.structural, {c["name"]: c["value"] for c in content["coefficients"]}),
+            percent=percent,
+            with_unit=with_unit,
             searched=search_sentences(design),
         )
         write_text(folder / "design.json", json.dumps(content, indent=1))

@@ -1,6 +1,7 @@
 """The figures of a report: what each is called, what it shows in words, and how it is drawn."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -11,64 +12,54 @@ from bayesub.findings.disturbances import InferredForces
 from bayesub.findings.results import AnyProblem, Results
 from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.findings.unseen import SQP, TrialPrediction
-from bayesub.io.words import counted, listed, rounded
+from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import coefficients, convergence, corner, fit, posterior, prediction, spectrum, track
+from bayesub.report.plots import (
+    coefficients,
+    convergence,
+    corner,
+    fit,
+    ladders,
+    posterior,
+    prediction,
+    small,
+    style,
+    track,
+)
 from bayesub.report.plots import derived as derived_plot
+from bayesub.report.plots.coefficients import Found, labels
 from bayesub.report.plots.style import Paths
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
-BASELINES = {
-    "SQP": "Orange: SQP solutions{fit}. ",
-    "linear least squares": "Green: linear least squares on noise-free velocities and accelerations, left at the guess "
-    "along null directions. ",
-}
+MARKS = (("o", style.SQP), ("X", style.LINEAR), ("s", style.WEAK))  # of baselines, searches first
 
 
 def figures(results: Results, reference: np.ndarray, word: str, baselines: list[dict]) -> Iterator[ReportFigure]:
     """The figures of a report, in no order that matters: the page says where each stands.
 
     `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are;
-    `baselines`: numbers of the baselines, for what the captions say of them.
+    `baselines`: numbers of the baselines.
     """
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
     equations, prior = problem.equations, results.prior_of_others
     wide = None if problem.prior_of_others == prior else problem.prior_of_others
+    found = _found(results, baselines)
     scale = " Dashed: with the scale of the prior unknown; all else is beside the scale that was found." if wide else ""
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, a row each. Grey: 90 % of the prior.{scale} Blue: "
-        "50 and 90 % of the posterior. "
-        + "".join(BASELINES.get(b["method"], "").format(fit=_fit(b)) for b in baselines)
-        + _untouched(sample.contraction[:n]),
-        lambda path: coefficients.draw(
-            path, sample, prior, reference[:n], results.estimates, word, equations, wide=wide
-        ),
+        f"Coefficients as ratios to the {word}, those that the trial narrows most first. "
+        f"{_untouched(sample.contraction[:n])}{scale}",
+        lambda path: coefficients.draw(path, sample, prior, reference[:n], found, word, equations, wide=wide),
     )
-    for trial in problem.each_trial(results.draws):
-        yield track_figure(*trial, synthetic=word == "truth")
+    yield from _small(results, reference[:n], word)
     both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
-    for (name, part, before), (*_, after) in both:
-        yield from fan_figure(name, part, before, after)
+    for k, ((name, part, before), (*_, after)) in enumerate(both):
+        yield from fan_figure(name, part, before, after, is_first=k == 0)
     for forces in results.forces:
         yield disturbance_figure(forces)
-    yield ReportFigure(
-        "spectrum",
-        "Singular values of the Jacobian in prior standard deviations. Above one the data are sharper than the prior; "
-        f"below it the prior is. {_null_words(results.spectrum.n_null)}",
-        partial(spectrum.draw, spectrum=results.spectrum),
-    )
-    whole = np.arange(len(sample.names))
-    yield ReportFigure(
-        "correlation",
-        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more{_strongest(results, whole)}. "
-        f"Coefficients are ratios to the {word}. Strong colours off the diagonal are coefficients that trade off: the "
-        "data know a combination of them better than each.",
-        partial(posterior.draw_correlation, names=sample.names, correlation=results.correlation, equations=equations),
-    )
-    yield from _corners(results, reference, word)
+    yield from _ill_conditioning(results, reference, word, found)
     yield _ranks(sample, equations)
     if results.residuals:
         orange = "A channel that does not fit would be orange."
@@ -111,51 +102,87 @@ def _ranks(sample, equations) -> ReportFigure:
         "ranks",
         f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
         "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"Of all bars of {len(sample.names)} parameters and {len(sample.chain)} ensembles "
-        f"{100 * convergence.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
+        f"In all, {100 * convergence.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
         partial(convergence.draw_ranks, posterior=sample, equations=equations),
     )
 
 
-def _corners(results, reference, word: str) -> Iterator[ReportFigure]:
-    """Joint marginals: of the coefficients that trade off, and of directions from stiff to null."""
+def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFigure]:
+    """If all others were known, the strongest pairs, a corner an axis, directions, and all correlations."""
     problem, sample, n = results.problem, results.summary, results.problem.n_coefficients
-    equations, spectrum, null = problem.equations, results.spectrum, results.null_space.vectors
-    estimates = sorted(results.estimates, key=lambda estimate: estimate.method != "SQP")  # searches first
-    sets = {_legend(estimate): _placed(estimate, sample) for estimate in estimates}
-    points = "".join(f" {mark.capitalize()}: {label}." for mark, label in zip(corner.MARKS, sets, strict=False))
-    chosen = corner.trade_off_parameters(sample, n, null)
-    lines = f"Pink lines: null directions, {len(null)} in all, along which the motion stays the same. " if null else ""
+    equations, correlation = problem.equations, results.correlation
+    names, prior = sample.names, results.prior_of_others
+    sds = np.array([sample.sd, results.conditional_sd])[:, :n] / sample.prior_sd[:n]
+    left_out = n - ladders.ROWS
+    more = f" The {left_out} that gain least are left out." if left_out > 0 else ""
     yield ReportFigure(
-        "corner",
-        f"Joint marginals of coefficients that trade off{_strongest(results, chosen)}"
-        f"{', and of those in null directions' if null else ''}, as ratios to the {word}; above each its mean and sd. "
-        "A narrow slanted shape is a pair of which the data know one combination. "
-        f"{lines}Black: the {word}. Dashed: the prior.{points}",
-        lambda path: corner.draw(
-            path, sample, results.prior_of_others, reference[:n], equations, chosen=chosen, null=null, word=word,
-            sets={label: values[:, :n] for label, values in sets.items()},
-        ),
-    )  # fmt: skip
-    n_stiff, n_null, n_all = spectrum.n_informed, spectrum.n_null, len(spectrum.names)
-    yield ReportFigure(
-        "directions",
-        f"The posterior along directions of coefficient space: of {n_all}, {n_stiff} are stiff, "
-        f"{n_all - n_stiff - n_null} sloppy and {n_null} null; the first and the last of each kind, with their "
-        "two largest entries. All panels have one scale, prior standard deviations from the prior mean. What is known "
-        "is a thin line; what nobody sees is as wide as the prior (dashed: a normal of its spread, along null "
-        "directions that beside what the data say of all else)."
-        f"{' Black: the truth.' if word == 'truth' else ''}{points}",
-        lambda path: corner.draw_directions(
-            path,
-            sample,
-            spectrum,
-            equations,
-            before=results.null_sds,
-            sets=sets,
-            reference=reference if word == "truth" else None,
-        ),
+        "ladder",
+        "What each coefficient would be known to if all others were. The longer the bar, the more of what is not known "
+        "of a coefficient is only its trade-off with all others together, of which pairs show a part: "
+        f"{_gains(names[:n], sds)}. Gain: posterior sd over that with all others known; R: multiple correlation with "
+        f"all others.{more}",
+        partial(ladders.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
     )
+    drawn = {"found": found, "word": word}
+    if pairs := [pair for pair in corner.strong_pairs(correlation) if pair[0] < n][: corner.PAIRS]:
+        (i, j), *_ = pairs
+        yield ReportFigure(
+            "pairs",
+            f"The strongest trade-offs, as ratios to the {word}: a narrow slanted shape is a pair of which the data "
+            f"know one combination. Most of all {names[i]} with {names[j]}, correlation {correlation[i, j]:+.2f}. "
+            "Solutions that fit equally well lie along it.",
+            partial(corner.draw_pairs, posterior=sample, prior=prior, reference=reference[:n], equations=equations,
+                    pairs=pairs, **drawn),
+        )  # fmt: skip
+    axes = np.array([equations.term(name).axis for name in names[:n]])
+    for axis in dict.fromkeys(axes.tolist()):
+        members = np.flatnonzero(axes == axis)
+        chosen = members[corner.trading(correlation[np.ix_(members, members)])]
+        if len(chosen):
+            yield ReportFigure(
+                f"corner_{axis}",
+                f"Coefficients of the axis {axis} that trade off with each other, as ratios to the {word}: "
+                f"{len(chosen)} of {len(members)}. Below the diagonal their joint marginals, above it their "
+                "correlations; over each its mean and sd.",
+                partial(corner.draw, posterior=sample, prior=prior, reference=reference[:n], equations=equations,
+                        chosen=chosen, **drawn),
+            )  # fmt: skip
+    yield _directions(results, found)
+    yield ReportFigure(
+        "correlation",
+        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more, within an axis in the order in "
+        f"which they belong together, with numbers from {posterior.NUMBERS:g}. Coefficients are ratios to the {word}.",
+        partial(posterior.draw_correlation, names=names, correlation=correlation, equations=equations),
+    )
+
+
+def _directions(results, found) -> ReportFigure:
+    """Each direction of the spectrum, with what the posterior knows along it and what solutions do."""
+    spectrum, sample = results.spectrum, results.summary
+    before, coordinates = results.null_sds, spectrum.coordinates
+
+    def along(values):
+        return (values - sample.mean) / spectrum.prior_sd @ coordinates.T / before
+
+    n_all, n_stiff, n_null = len(spectrum.names), spectrum.n_informed, spectrum.n_null
+    fits = [one.fits[:, None].repeat(n_all, axis=1) for one in found]
+    distances = [replace(one, values=along(one.values), good=good) for one, good in zip(found, fits, strict=True)]
+    points = " Points: how far solutions are from the posterior mean; null directions let them go anywhere."
+    return ReportFigure(
+        "directions",
+        f"All combinations of parameters from the best to the least known: of {n_all} directions {n_stiff} are stiff, "
+        f"{n_all - n_stiff - n_null} sloppy and {n_null} null. At the line the data said nothing of a direction. "
+        f"Right, what it is made of.{points * bool(found)}",
+        partial(ladders.draw_directions, spectrum=spectrum, equations=results.problem.equations,
+                sds=along(sample.draws).std(axis=0, ddof=1), found=distances),
+    )  # fmt: skip
+
+
+def _gains(names, sds) -> str:
+    """Median and largest gain."""
+    gains = np.maximum(sds[0] / sds[1], 1.0)
+    return f"{cell(np.median(gains), 2)} times in the median, {names[np.argmax(gains)]} {cell(gains.max(), 2)} times"
 
 
 def _untouched(contraction) -> str:
@@ -167,36 +194,33 @@ def _untouched(contraction) -> str:
     )
 
 
-def _strongest(results, chosen) -> str:
-    """The most correlated pair of some parameters, in words."""
-    names, correlation = results.summary.names, results.correlation
-    some = np.abs(np.triu(correlation[np.ix_(chosen, chosen)], 1))
-    if not some.any():
-        return ""
-    i, j = chosen[list(np.unravel_index(np.argmax(some), some.shape))]
-    return f" (most of all {names[i]} with {names[j]}, correlation {correlation[i, j]:+.2f})"
-
-
-def _null_words(n_null: int) -> str:
-    """What the spectrum says of null directions."""
-    if not n_null:
-        return "No direction is null by the equations of motion: sensors that are good enough would see all."
-    group = "The last direction is null" if n_null == 1 else f"The last {n_null} directions are null"
-    return f"{group} by the equations of motion: the motion stays the same, and only the prior speaks."
+def _found(results, baselines: list[dict]) -> list[Found]:
+    """The solutions of the baselines, searches first; what one does not find is at its prior mean."""
+    sample, found = results.summary, []
+    both = zip(results.estimates, baselines, strict=False)
+    order = sorted(both, key=lambda one: one[0].method != "SQP")
+    for (estimate, numbers), (marker, colour) in zip(order, MARKS, strict=False):
+        fits = np.array(numbers["chi_square_per_reading"]) < FITS
+        values = np.tile(sample.prior_mean, (len(fits), 1))
+        inside = np.array([[name not in names for name in sample.names] for names in numbers["at_bounds"]])
+        for k, name in enumerate(sample.names):
+            if name in estimate.names:
+                values[:, k] = estimate.solutions[:, estimate.names.index(name)]
+        label = f"{_legend(estimate)}: {_how_many(fits)}"
+        found.append(Found(label, values, fits, inside & fits[:, None], marker, colour))
+    return found
 
 
 def _legend(estimate) -> str:
     starts = counted(len(estimate.solutions), "start")
-    return f"SQP from {starts}" if estimate.method == "SQP" else f"{estimate.method}, no noise"
+    return f"SQP, {starts}" if estimate.method == "SQP" else estimate.method
 
 
-def _placed(estimate, sample) -> np.ndarray:
-    """(n_solutions, n_params) solutions of a baseline; parameters that it does not find are at their prior means."""
-    values = np.tile(sample.prior_mean, (len(estimate.solutions), 1))
-    for k, name in enumerate(sample.names):
-        if name in estimate.names:
-            values[:, k] = estimate.solutions[:, estimate.names.index(name)]
-    return values
+def _how_many(fits: np.ndarray) -> str:
+    """How many solutions fit the readings."""
+    if len(fits) == 1:
+        return "fits" if fits.all() else "does not fit"
+    return "all fit" if fits.all() else f"{fits.sum()} fit" if fits.any() else "none fits"
 
 
 def _derived(boats: derived.Derived, word: str) -> ReportFigure:
@@ -204,8 +228,8 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
     parts = [
         f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
         f"from the prior. Above, a row a quantity, each on its own scale from 5 to 95 % of the prior; black: the "
-        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial tells, even where it does not tell "
-        "the coefficients. "
+        f"{word}. A narrow blue bar in a wide grey one is a quantity that the trial determines, even where it does "
+        "not determine the coefficients. "
     ]
     if boats.spiral is not None:
         parts.append(
@@ -222,27 +246,18 @@ def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) ->
     """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
     rows = [
         row
-        | {"words": " to ".join(derived.in_words(row["posterior"]["q5"], row["posterior"]["q95"]))}
-        | {"prior_words": derived.in_words(row["prior"]["q5"], row["prior"]["q95"])}
+        | {
+            key: " to ".join(derived.in_words(row[which]["q5"], row[which]["q95"]))
+            for key, which in (("words", "posterior"), ("prior_words", "prior"))
+        }
         for row in found["quantities"]
         if row["width_ratio"] is not None
     ]
     derived_plot.draw(path, rows, boats.spiral, boats.roots, word)
 
 
-def _fit(baseline: dict) -> str:
-    """Whether all solutions of a baseline fit the readings, as the end of a phrase."""
-    chi_squares = baseline["chi_square_per_reading"]
-    lowest, highest = min(chi_squares), max(chi_squares)
-    if highest < FITS:
-        return ", all of which fit the track"
-    ends = " to ".join(dict.fromkeys((f"{lowest:.3g}", f"{highest:.3g}")))
-    which = "of which none fits" if lowest >= FITS else "which do not all fit"
-    return f", {which} the track (chi-square per reading {ends})"
-
-
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
-    """What each trial was told to do."""
+    """The orders of each trial."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
     some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
     synthetic = all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))
@@ -250,37 +265,40 @@ def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
     return ReportFigure("orders", f"The orders{some}, {source}.", partial(track.draw_orders, trials=trials))
 
 
-def track_figure(name: str, problem: Any, draws: np.ndarray, *, synthetic: bool) -> ReportFigure:
-    """The track of a trial of name "" or several."""
-
-    def draw(path):
-        motion = problem.truth() if synthetic else None
-        track.draw(path, problem.record, problem.predicted(draws), problem.motion(draws[:TRACKS]), motion)
-
-    return ReportFigure(
-        f"track_{name}" if name else "track",
-        f"The trial {f'{name} ' if name else ''}and {min(TRACKS, len(draws))} draws from the posterior. On the right "
-        f"the readings minus the posterior mean: pure noise if the model fits. {_band(problem, draws)}",
-        draw,
+def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
+    """Of the first screen: how much narrower the coefficients became, and the strongest trade-off of two."""
+    sample, prior, n = results.summary, results.prior_of_others, len(reference)
+    which = f" The {small.BEST} that narrow most and {small.LEAST} that narrow least."
+    yield ReportFigure(
+        "forest_small",
+        f"90 % of the prior (grey) and of the posterior (blue).{which if n > small.BEST + small.LEAST else ''}",
+        lambda path: small.draw_forest(path, sample, prior, reference, results.problem.equations, word),
+    )
+    if n < 2:
+        return
+    correlation = np.triu(results.correlation[:n, :n], 1)
+    pair = np.unravel_index(np.argmax(np.abs(correlation)), correlation.shape)
+    draws, ends = sample.draws, np.transpose([prior.quantiles(p) for p in coefficients.PRIOR_EDGES])
+    yield ReportFigure(
+        "pair_small",
+        f"The strongest trade-off of two, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior.",
+        lambda path: small.draw_pair(
+            path,
+            coefficients.ratios(draws, reference, prior)[:, pair],
+            np.sort(coefficients.ratios(ends.T, reference, prior)[:, pair].T),
+            coefficients.labels([sample.names[k] for k in pair], results.problem.equations),
+            word,
+        ),
     )
 
 
-def _band(problem, draws: np.ndarray) -> str:
-    """How wide the posterior of the readings is beside their noise, by the channels where it is most and least so."""
-    share = problem.predicted(draws).std(axis=0) / problem.sds
-    ends = np.cumsum([len(channel.times) for channel in problem.record.channels])[:-1]
-    widths = {c.name: float(np.median(s)) for c, s in zip(problem.record.channels, np.split(share, ends), strict=True)}
-    least, most = min(widths, key=widths.__getitem__), max(widths, key=widths.__getitem__)
-    word = "The blue band is the posterior's own uncertainty of the readings: its sd is"
-    if least == most:
-        return f"{word} {widths[most]:.2g} of that of the noise."
-    return (
-        f"{word} {widths[least]:.2g} ({least}) to {widths[most]:.2g} ({most}) of that of the noise, medians over time."
-    )
+def fan_figure(
+    name: str, problem: Any, before: np.ndarray, after: np.ndarray, *, is_first: bool = False
+) -> Iterator[ReportFigure]:
+    """A trial by draws from before and after it; no figure if most draws of the prior do not complete it.
 
-
-def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -> Iterator[ReportFigure]:
-    """A trial by draws from before and after it; no figure if most draws of the prior do not complete it."""
+    `is_first`: whether its track is on the first screen too.
+    """
     prior, posterior = problem.predicted(before), problem.predicted(after)
     flown = np.isfinite(prior).all(axis=1)
     if 2 * np.count_nonzero(flown) < len(prior):
@@ -296,11 +314,14 @@ def fan_figure(name: str, problem: Any, before: np.ndarray, after: np.ndarray) -
     words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
-        f"The trial {f'{name} ' if name else ''}as the prior foretold it (grey) and as the posterior has it (blue): "
+        f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
         f"{TRACKS} tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
+    if is_first:
+        caption = f"Tracks before (grey) and after the trial{f' {name}' if name else ''} (blue)."
+        yield ReportFigure("fan_small", caption, partial(small.draw_fan, tracks=tracks))
 
 
 def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:

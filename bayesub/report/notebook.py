@@ -14,7 +14,7 @@ from bayesub.io.notebook import Display
 from bayesub.io.words import rounded
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.report import page
-from bayesub.report.plots import cards, posterior, spectrum, track
+from bayesub.report.plots import cards, ladders, posterior, track
 
 ENTRIES = 5  # of a direction
 DIRECTIONS = 3  # of the stiffest and of the sloppiest
@@ -61,8 +61,8 @@ def directions(shown: Spectrum) -> str:
     """The stiffest, sloppiest and null directions."""
     n = len(shown.names)
     facts = (
-        f"Of {n} directions the data sharpen {shown.n_informed}, leave {n - shown.n_informed - shown.n_null} to the "
-        f"prior, and {shown.n_null} are null."
+        f"Of {n} directions the data determine {shown.n_informed} better than the prior, leave "
+        f"{n - shown.n_informed - shown.n_null} to the prior, and {shown.n_null} are null."
     )
     last = n - shown.n_null
     chosen = {*range(min(DIRECTIONS, last)), *range(max(0, last - DIRECTIONS), n)}
@@ -125,7 +125,7 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence]) -> Markup:
 DISPLAYS = {
     "Vehicle": Display(vehicle, lambda shown, path: cards.draw(check(shown), path)),
     "Trajectory": Display(trajectory, lambda shown, path: track.draw_simulated(path, shown)),
-    "Spectrum": Display(directions, lambda shown, path: spectrum.draw(path, shown)),
+    "Spectrum": Display(directions, lambda shown, path: ladders.draw_directions(path, shown)),
     "Estimate": Display(estimate, lambda shown, path: posterior.draw_estimate(path, shown)),
     "Posterior": Display(intervals, lambda shown, path: posterior.draw_intervals(path, shown)),
 }

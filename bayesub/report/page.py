@@ -14,6 +14,7 @@ from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from markupsafe import Markup
 
 from bayesub.io import templates
@@ -30,7 +31,8 @@ _USE = re.compile(r'<use xlink:href="#([^"]+)"(?: transform="translate\((\S+) (\
 _EMPTY = re.compile(r"<(g|defs)[^>]*(/>|></\1>)")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 
-_PIXELS = 150 / 72  # of a point, those of a PNG
+_INCH = 96  # pixels of the page for an inch of a figure
+_DPI = 150  # of a PNG
 _DENSER = 5.0  # an SVG of matplotlib's over what is left of it here, at most
 
 
@@ -69,7 +71,7 @@ def fill(template: str, pictures: Mapping[str, tuple[str, bytes]], /, **values) 
     shared = Drawings()
     placed = {name: shared.place(*picture) for name, picture in pictures.items()}
     about = {"pictures": placed, "glyphs": shared.common, "version": metadata.version("bayesub")}
-    return templates.fill("bayesub.report", template, **about, **values)
+    return with_contents(templates.fill("bayesub.report", template, **about, **values))
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,26 @@ def with_contents(page: str) -> str:
     return page.replace(PLACE, f"{PLACE.removesuffix('</nav>')}<ol>{items}</ol></nav>", 1)
 
 
+def product(regressor: str) -> Markup:
+    """A regressor such as ``u*abs(r)*dr*dr`` in HTML, u |r| δ with a subscript, squared."""
+    powers: dict[str, int] = {}
+    for name, _, power in (factor.strip().partition("^") for factor in regressor.split("*")):
+        powers[name] = powers.get(name, 0) + int(power or 1)
+    raised = (
+        Markup("{}<sup>{}</sup>" if power != 1 else "{}").format(_factor(f), power) for f, power in powers.items()
+    )
+    return Markup(" ").join(raised)
+
+
+def _factor(name: str) -> Markup:
+    function, _, inner = name.rstrip(")").rpartition("(")
+    letter, _, index = (f"δ_{inner[1]}" if len(inner) == 2 and inner[0] == "d" else inner).partition("_")
+    stem = letter.removesuffix("dot")
+    letter = unicodedata.normalize("NFC", _GREEK.get(stem, stem) + "\u0307" * (stem != letter))
+    shown = Markup("<i>{}</i><sub>{}</sub>" if index else "<i>{}</i>").format(letter, index)
+    return Markup({"abs": "|{}|", "": "{}"}.get(function, "sgn({})")).format(shown)
+
+
 def symbol(label: str) -> Markup:
     r"""A label such as ``$N'_{v|\nu|}$`` in HTML, with its subscript."""
     text = re.sub(r"\\dot\{?(\w)\}?", "\\1\u0307", label.strip("$"))
@@ -153,7 +175,8 @@ class Drawings:
         """A picture as the templates take it: a PNG as ``data``, or an SVG as ``drawing``."""
         if image.startswith(b"<"):
             return {"caption": caption, "data": "", "drawing": self.inline(image.decode("utf-8"))}
-        return {"caption": caption, "data": base64.b64encode(image).decode("ascii"), "drawing": None}
+        width = round(int.from_bytes(image[16:20]) * _INCH / _DPI)
+        return {"caption": caption, "data": base64.b64encode(image).decode("ascii"), "width": width, "drawing": None}
 
     def inline(self, svg: str) -> Drawing:
         """An SVG of matplotlib's."""
@@ -169,7 +192,7 @@ class Drawings:
         body = re.sub(r">\s+<", "><", body)
         while (shorter := _EMPTY.sub("", body)) != body:
             body = shorter
-        return Drawing(_round(box), round(float(box.split()[2]) * _PIXELS), Markup(body.strip()))
+        return Drawing(_round(box), round(float(box.split()[2]) * _INCH / 72), Markup(body.strip()))
 
     @property
     def common(self) -> Markup:
@@ -220,10 +243,17 @@ def _round(text: str) -> str:
 
 
 def _path(text: str) -> str:
-    """The commands of a path in few letters; a command that repeats stands once."""
+    """The commands of a path in few letters: in tenths of its unit from point to point, and one that repeats once."""
     parts, last = [], ""
-    for command, values in re.findall(r"([A-Za-z])([^A-Za-z]*)", _round(text)):
-        values = " ".join(values.split())
-        parts.append(f" {values}" if command == last and command in "LQC" else command + values)
+    place, start = np.zeros(2, dtype=int), np.zeros(2, dtype=int)
+    for command, values in re.findall(r"([MLQCz])([^A-Za-z]*)", text):
+        points = np.rint(10.0 * np.array(values.split(), dtype=float)).astype(int).reshape(-1, 2)
+        words = " ".join(f"{tenths / 10:g}" for tenths in (points - place).ravel().tolist())
+        place = start if command == "z" else points[-1]
+        start = place if command == "M" else start
+        words = re.sub(r"(?<!\d)0\.", ".", words).replace(" -", "-")
+        parts.append(
+            words if command == last and words[:1] == "-" else (" " if command == last else command.lower()) + words
+        )
         last = command
-    return "".join(parts).replace(" -", "-")
+    return "".join(parts)

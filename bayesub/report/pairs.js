@@ -8,14 +8,16 @@ widget("correlation", (box) => {
   let shown = strong;
   let cell = [1, 0];
   let pair = null;
+  const all = make("input", { type: "checkbox" });
 
   const canvas = make("canvas", { tabindex: "0", role: "img" });
   const said = make("output", { class: "words" });
-  const map = make("div", { class: "map" }, canvas, said);
+  const scale = make("p", { class: "scale", "aria-hidden": "true" }, "\u22121 ", make("i"), " +1 correlation");
+  const map = make("div", { class: "map" }, canvas, scale, said);
   const scatter = make("div", { class: "pair" });
 
   function paint() {
-    const size = Math.min(map.clientWidth, 620);
+    const size = Math.min(map.clientWidth, 540);
     const n = shown.length;
     const named = n <= 42;
     const font = Math.min(12, (0.8 * size) / n);
@@ -36,6 +38,13 @@ widget("correlation", (box) => {
         context.fillRect(margin + column * step, margin + row * step, step - (step > 6), step - (step > 6));
       });
       context.globalAlpha = 1;
+      context.fillStyle = colour("ink");
+      context.textAlign = "center";
+      if (step >= 22) {
+        shown.forEach((j, column) => {
+          if (i !== j && Math.abs(rho(i, j)) >= 0.5) context.fillText(rho(i, j).toFixed(1).replace("0.", ".").replace("-", "\u2212"), margin + (column + 0.5) * step, margin + (row + 0.5) * step);
+        });
+      }
       if (!named) return;
       context.fillStyle = colour("ink");
       context.textAlign = "right";
@@ -61,7 +70,6 @@ widget("correlation", (box) => {
   }
 
   function open(i, j) {
-    if (i === j) return;
     pair = [i, j];
     const [x, y] = [of(j), of(i)];
     const range = (values, value) => {
@@ -76,9 +84,9 @@ widget("correlation", (box) => {
     choices.forEach((choice, k) => { choice.value = pair[k]; });
     scatter.replaceChildren();
     const chart = new Chart(scatter, {
-      name: words(i, j), labels: [labels[j], labels[i]], height: 380,
+      name: words(i, j), labels: [labels[j], labels[i]], height: 440,
       layers: [
-        { shape: "frame", colour: "muted", x: prior[j], y: prior[i], dashed: true },
+        { shape: "ellipse", colour: "muted", x: prior[j], y: prior[i], dashed: true },
         { shape: "dots", colour: "posterior", alpha: 0.55, x, y, size: 2 },
         ...sets.map(({ method, values }) => ({ shape: "dots", colour: method === "SQP" ? "sqp" : "linear", x: found(values, j), y: found(values, i), size: 3.5 })),
         { shape: "cross", colour: "ink", x: reference[j], y: reference[i], width: 0.8 },
@@ -89,13 +97,14 @@ widget("correlation", (box) => {
     const whole = make("button", { type: "button", title: "show 90 % of the prior" }, "prior");
     whole.addEventListener("click", () => chart.zoom({ x: range([...prior[j], ...x], null), y: range([...prior[i], ...y], null) }));
     scatter.querySelector(".controls").append(whole);
-    scatter.append(legend([["posterior", `${x.length} draws of the posterior`], ["frame", "90 % of the prior"], ["reference", content.word],
+    scatter.append(legend([["posterior", `${x.length} draws of the posterior`], ["frame", "90 % of the prior, both at once"], ["reference", content.word],
       ...sets.map(({ method }) => [method === "SQP" ? "sqp" : "linear", method])]));
   }
 
   function select(place, opened) {
-    cell = place;
     const [i, j] = place.map((value) => shown[value]);
+    if (opened && i === j) return;
+    cell = place;
     said.textContent = opened || i === j ? "" : words(i, j);
     if (opened) open(i, j);
     paint();
@@ -119,21 +128,25 @@ widget("correlation", (box) => {
     const choice = make("select", {}, names.map((name, i) => make("option", { value: i }, name)));
     choice.addEventListener("change", () => {
       const [i, j] = choices.map((one) => Number(one.value));
-      open(i, j);
+      if (i === j) { choices.forEach((one, n) => { one.value = pair[n]; }); return; }
+      if (!shown.includes(i) || !shown.includes(j)) show(true);
+      select([shown.indexOf(i), shown.indexOf(j)], true);
     });
     return choice;
   });
   const controls = make("div", { class: "choices" }, make("label", {}, "Upwards ", choices[0]), make("label", {}, "To the right ", choices[1]));
   if (strong.length < names.length) {
-    const all = make("input", { type: "checkbox" });
-    all.addEventListener("change", () => {
-      shown = all.checked ? names.map((_, i) => i) : strong;
-      cell = [1, 0];
-      label();
-      paint();
-    });
+    all.addEventListener("change", () => show(all.checked));
     controls.append(make("label", {}, all, ` all ${names.length}, also those without a correlation of 0.3`));
   }
+  function show(whole) {
+    all.checked = whole;
+    shown = whole ? names.map((_, i) => i) : strong;
+    cell = pair && pair.every((i) => shown.includes(i)) ? pair.map((i) => shown.indexOf(i)) : [1, 0];
+    label();
+    paint();
+  }
+
   function label() {
     canvas.setAttribute("aria-label", `Correlations of ${shown.length} parameters; arrows move from pair to pair, Enter opens its draws`);
   }

@@ -1,10 +1,17 @@
-"""Tables of a posterior for papers: a row a parameter, in Markdown and in LaTeX; digits follow the sd."""
+"""Tables of a posterior, a row a parameter: columns for the page of a report, and Markdown and LaTeX for papers.
+
+Digits follow the sd.
+"""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
+from bayesub.findings import run_numbers
 from bayesub.inference.sampling import Posterior
 from bayesub.io import words
 from bayesub.report import page
@@ -12,6 +19,7 @@ from bayesub.report.markdown import table
 from bayesub.report.plots.style import Equations
 
 HEADS = ("regressor", "prior", "posterior", "90 % interval", "sd / prior sd")
+_SMALL = 0.1  # of coefficients that share a power of ten
 _PLAIN = range(-2, 4)  # powers of ten of numbers that are written without one
 _FACTOR = re.compile(r"(?:(abs|sgn)\((\w+)\)|(\w+?))(?:\^(-?\d+))?")
 
@@ -22,6 +30,61 @@ def rounded(values: Sequence[float] | np.ndarray, sd: float) -> tuple[list[str],
     power = int(np.floor(np.log10(size))) if size > 0.0 else 0
     power = 0 if power in _PLAIN else power
     return [words.rounded(value / 10.0**power, sd / 10.0**power) for value in values], power
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table of a report, a cell for each parameter."""
+
+    group: str  # of the columns that are shown together
+    head: str
+    cells: Sequence[str]
+    sort: Sequence[float | str] = ()  # by what the rows are sorted, where cells do not say
+
+
+def columns(numbers: Mapping[str, Any], word: str) -> list[Column]:
+    """All that a report says of each parameter, by the content of ``numbers.json``; `word`: what the reference is.
+
+    Small non-dimensional coefficients have one power of ten for all, which the heads tell.
+    """
+    own, rows = numbers["parameters"], numbers["parameters"] + numbers["nuisance"]
+    small = not any(row["unit"] for row in own) and max((abs(row["mean"]) for row in own), default=1.0) < _SMALL
+    factors = [1e3 if small else 1.0] * len(own) + [1.0] * len(numbers["nuisance"])
+    times = " × 10³" if small else ""
+
+    def digits(key: str, sd: str = "sd", by: Callable[[float, float], str] = words.rounded) -> list[str]:
+        return [by(f * row[key], f * row[sd]) for row, f in zip(rows, factors, strict=True)]
+
+    def each(form: str, key: str) -> list[str]:
+        return [form.format(row[key]) for row in rows]
+
+    si = [(row["mean"] * row["si_factor"], row["sd"] * row["si_factor"]) for row in own]
+    in_si = [f"{words.uncertain(*pair)} {row['si_unit']}" for pair, row in zip(si, own, strict=True)]
+    multiplies, meanings = [], []
+    for term, row in zip(numbers["glossary"], own, strict=True):
+        factor = "" if row["unit"] else f"{words.powers(term['factor'])} · "
+        multiplies.append(Markup("{}{}").format(factor, page.product(term["regressor"])))
+        meanings.append(term["meaning"])
+    return [
+        Column("value", f"mean ± sd{times}", digits("mean", by=words.uncertain)),
+        Column("value", "sd / mean (%)", [f"{100.0 * row['relative_sd']:.2g}" for row in own]),
+        Column("value", f"5 %{times}", digits("q5")),
+        Column("value", f"95 %{times}", digits("q95")),
+        Column("si", "in SI units", in_si, [mean for mean, _ in si]),
+        Column("si", "multiplies", multiplies),
+        Column("prior", f"{word}{times}", digits("reference")),
+        Column("prior", f"prior mean ± sd{times}", digits("prior_mean", "prior_sd", words.uncertain)),
+        Column("prior", "sensitivity to the prior", each("{:.2f}", "prior_sensitivity")),
+        Column("prior", "to the data", each("{:.2f}", "likelihood_sensitivity")),
+        Column("others", f"sd{times}", digits("sd")),
+        Column("others", f"sd, all others known{times}", digits("conditional_sd", "conditional_sd")),
+        Column("others", "gain, times", [words.cell(run_numbers.gain(row), 2) for row in rows]),
+        Column("sampling", "R-hat", each("{:.4f}", "rhat")),
+        Column("sampling", "bulk ESS", each("{:.0f}", "bulk_ess")),
+        Column("sampling", "tail ESS", each("{:.0f}", "tail_ess")),
+        Column("sampling", "tau (steps)", each("{:.0f}", "tau_steps")),
+        Column("meaning", "meaning", meanings),
+    ]
 
 
 def markdown(posterior: Posterior, equations: Equations) -> str:

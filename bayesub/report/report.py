@@ -17,11 +17,12 @@ from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.io.words import markdown, powers, rounded, uncertain
+from bayesub.io.words import markdown
 from bayesub.report import page as pages
 from bayesub.report import widgets
 from bayesub.report.figures import figures
 from bayesub.report.markdown import StudyPage, table
+from bayesub.report.parameter_tables import columns
 
 
 @dataclass(frozen=True)
@@ -101,9 +102,9 @@ def write_report(
         drawn = list(figures(results, reference, word, numbers["baselines"]))
         pictures = pages.draw_all(drawn, folder, pdf=pdf, progress=asked.progress)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
-        live = widgets.content(results, numbers, reference, word)
+        live = widgets.content(results, reference, word)
         write_text(folder / "report.html", page(numbers, pictures, asked.commit, live))
-        captions = {f"{name}.png": caption for name, (caption, _) in pictures.items()}
+        captions = {f"{name}.png": caption for name, (caption, _) in pictures.items() if not name.endswith("_small")}
         write_text(folder / "report.md", markdown_page(numbers, captions, glossary(problem.equations), asked.commit))
     return numbers
 
@@ -117,7 +118,7 @@ def page(
     `commit`: of the sources, for the foot of the page; `live`: what :func:`bayesub.report.widgets.content` gives,
     without which the page has figures that stand still.
     """
-    text = pages.fill(
+    return pages.fill(
         "report.html",
         pictures,
         numbers=numbers,
@@ -125,14 +126,11 @@ def page(
         widgets=live,
         word=reference_word(numbers),
         interval=derived.in_words,
-        rounded=rounded,
-        uncertain=uncertain,
-        powers=powers,
+        columns=columns(numbers, reference_word(numbers)),
         percent=percent,
         symbol=pages.symbol,
         commit=commit,
     )
-    return pages.with_contents(text)
 
 
 def markdown_page(
@@ -147,20 +145,15 @@ def markdown_page(
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
-    topics += "trade_offs normality sqp"
-    rows = [
-        (
-            f"`{row['name']}`",
-            rounded(row["reference"], row["sd"]),
-            uncertain(row["prior_mean"], row["prior_sd"]),
-            uncertain(row["mean"], row["sd"]),
-            f"{row['contraction']:.2g}",
-            row["hangs_on"],
-        )
-        for row in numbers["parameters"] + numbers["nuisance"]
-    ]
+    topics += "others_known trade_offs normality sqp"
     word, vehicle = reference_word(numbers), markdown(numbers["vehicle"])
-    heads = ("name", word, "prior, mean ± sd", "posterior, mean ± sd", "posterior / prior sd", "hangs on")
+    wanted = ("mean ± sd", word, "prior mean ± sd", "sd, all others known")
+    shown = [column for column in columns(numbers, word) if column.head.partition(" ×")[0] in wanted]
+    rows = [
+        (f"`{row['name']}`", *(column.cells[k] for column in shown), f"{row['contraction']:.2g}")
+        for k, row in enumerate(numbers["parameters"] + numbers["nuisance"])
+    ]
+    heads = ("name", *(column.head for column in shown), "posterior / prior sd")
     page = StudyPage(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {vehicle}?",

@@ -1,4 +1,4 @@
-// Tables sort by their heads, and long ones can be searched. A cell may say by what it sorts, a row what it is found by.
+// Tables sort by their heads and are searched together. A cell may say by what it sorts, a row what it is found by.
 const LONG = 10; // rows
 for (const table of document.querySelectorAll("table.sortable")) {
   const heads = [...table.tHead.rows[0].cells], body = table.tBodies[0];
@@ -18,19 +18,32 @@ for (const table of document.querySelectorAll("table.sortable")) {
       body.append(...[...body.rows].sort((a, b) => sign * order(a, b)));
     });
   });
-  if (body.rows.length <= LONG) continue;
+}
+
+// One search for the page: of tables that are long or whose rows have words, those rows stay that have all of what is asked for.
+const searched = [...document.querySelectorAll("table.sortable")].filter(({ tBodies: [body] }) => body.rows.length > LONG || body.querySelector("[data-words]"));
+if (searched.length) {
   const label = document.createElement("label"), input = document.createElement("input"), count = document.createElement("output");
   label.className = "search";
   input.type = "search";
   label.append("Search ", input, " ", count);
-  table.parentElement.before(label);
+  document.querySelector("nav").append(label);
+  const opened = new Set();
   input.addEventListener("input", () => {
     const wanted = input.value.trim().toLowerCase().split(/\s+/);
-    const found = [...body.rows].filter((row) => {
-      const words = `${row.textContent} ${row.dataset.words ?? ""}`.toLowerCase();
-      row.hidden = !wanted.every((word) => words.includes(word));
-      return !row.hidden;
-    });
-    count.textContent = input.value.trim() ? `${found.length} of ${body.rows.length}` : "";
+    let total = 0;
+    for (const table of searched) {
+      const rows = [...table.tBodies[0].rows];
+      const found = rows.filter((row) => wanted.every((word) => `${row.textContent} ${row.dataset.words ?? ""}`.toLowerCase().includes(word)));
+      rows.forEach((row) => { row.hidden = found.length > 0 && !found.includes(row); });
+      const fold = table.closest("details");
+      if (fold && input.value.trim() && found.length && !fold.open) opened.add(fold);
+      if (fold && opened.has(fold)) fold.open = Boolean(input.value.trim()) && found.length > 0;
+      total += found.length;
+    }
+    count.textContent = input.value.trim() ? `${total} rows` : "";
+  });
+  input.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") searched.find((table) => table.querySelector("tr[hidden]"))?.scrollIntoView({ block: "center" });
   });
 }

@@ -17,8 +17,9 @@ function widget(figure, build) {
   const box = make("div", { class: "widget" });
   place.prepend(box);
   try {
-    build(box);
+    box.append(...(build(box) ?? []));
     place.classList.add("live");
+    place.parentElement.hidden = false;
   } catch (error) {
     box.remove();
     console.error(error);

@@ -9,7 +9,6 @@ import numpy as np
 from bayesub.findings import run_numbers
 from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
-from bayesub.report import page
 from bayesub.report.figures import TRACKS
 from bayesub.report.plots import coefficients, posterior
 from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
@@ -20,14 +19,14 @@ PLACES = 250  # points of a track
 _DIGITS = 7  # of numbers
 
 
-def content(results: Results, numbers: dict, reference: np.ndarray, word: str) -> dict:
+def content(results: Results, reference: np.ndarray, word: str) -> dict:
     """What the scripts of a page read.
 
     `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are.
     """
     return {
         "word": word,
-        "intervals": _intervals(results, numbers, reference),
+        "intervals": _intervals(results, reference),
         "pairs": _pairs(results, reference, word),
         "trials": list(_trials(results, synthetic=word == "truth")),
     }
@@ -55,35 +54,25 @@ def _rounded(values) -> Any:
     return float(f"{values:.{_DIGITS}g}") if np.isfinite(values) else None
 
 
-def _intervals(results, numbers, reference) -> dict:
-    """A row for each coefficient, and what the searches found of it."""
-    problem, sample = results.problem, results.summary
-    n = problem.n_coefficients
-    prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES])[:n]
-    quantiles = sample.quantiles(coefficients.QUANTILES).T[:n]
-    terms = [problem.equations.term(name) for name in sample.names[:n]]
+def _intervals(results, reference) -> dict:
+    """A row for each parameter, and what the searches found of the coefficients; a reference is None without ratios."""
+    sample, n = results.summary, results.problem.n_coefficients
+    prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES])
+    values = map(_rounded, (reference, prior, sample.quantiles(coefficients.QUANTILES).T))
     rows = [
         {
-            "name": term.name,
-            "symbol": page.symbol(term.label) if term.label else "",
-            "axis": term.axis,
-            "meaning": term.meaning,
-            "unit": term.unit or "",
-            "reference": value,
-            "prior": prior_ends,
+            "name": name,
+            "reference": value if k < n and value else None,
+            "value": value,
+            "prior": ends,
             "posterior": found,
-            "contraction": row["contraction"],
-            "si_factor": row.get("si_factor"),
-            "si_unit": row.get("si_unit"),
         }
-        for term, value, prior_ends, found, row in zip(
-            terms, _rounded(reference[:n]), _rounded(prior), _rounded(quantiles), numbers["parameters"], strict=True
-        )
+        for k, (name, value, ends, found) in enumerate(zip(sample.names, *values, strict=True))
     ]
     sets = [
         {
             "method": estimate.method,
-            "values": _rounded(estimate.solutions[:, [estimate.names.index(term.name) for term in terms]].T),
+            "values": _rounded(estimate.solutions[:, [estimate.names.index(name) for name in sample.names[:n]]].T),
         }
         for estimate in results.estimates
     ]

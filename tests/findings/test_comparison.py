@@ -55,6 +55,14 @@ def test_the_one_with_the_smallest_sd_knows_best(suboff):
     assert list(numbers["parameters"]["Xuu"]) == ["sharp"]
 
 
+def test_the_same_posterior_twice_is_no_difference(suboff):
+    """Other draws of it: the distance is that of two halves of a run, and no run knows anything best."""
+    runs = [compared(f"run {seed}", suboff, NAMES, [0.0] * 3, [1.0] * 3, seed) for seed in (2, 3)]
+    said = Comparison(tuple(runs), "zigzag").numbers["sentences"]
+    assert said["distance"].startswith("There is no difference beyond the noise of the draws")
+    assert said["known"].endswith("0 by run 2, 0 by run 3; 3 equally well.")
+
+
 def test_a_name_that_means_another_term_is_another_coefficient(suboff):
     """Yv_absr of booth and of remus, which are not scaled alike; mass_kg is that of the boat, whichever it is."""
     remus = bs.load_vehicle("remus100")

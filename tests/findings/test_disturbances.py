@@ -111,9 +111,8 @@ PICTURES = (
     "track",
     "criticism",
     "disturbance",
-    "spectrum",
+    "ladder",
     "correlation",
-    "corner",
     "directions",
     "nuisance",
 )
@@ -141,7 +140,7 @@ def test_sentences_say_which_axis_lacks_what(numbers):
     said = disturbances.sentences(numbers["disturbance"])
     assert said["disturbance"].startswith("surge: ")
     assert " of the hull's force, " in said["disturbance"]
-    assert "Correlated over " in said["disturbance"]
+    assert "Correlation time " in said["disturbance"]
     assert "sd of Y " in said["disturbance"]
     assert "sd of X " not in said["disturbance"]
     assert said["missing_terms"].startswith("No history follows a regressor")
@@ -165,11 +164,12 @@ def test_what_sensors_do_not_see_and_what_is_missing_is_said(numbers):
         {"axis": "Y", "terms": [held | {"free": True}], "rms_n": 1.7, "p_value": 1e-3},
     ]
     said = disturbances.sentences(content | {"trials": [{"name": "first", "axes": rows}], "followed": followed})
-    assert said["disturbance"].startswith("first: surge: not seen by these sensors (posterior sd 0.97 of the prior's)")
+    beginning = "first: surge: not determined by these sensors (posterior sd 0.97 of the prior's)"
+    assert said["disturbance"].startswith(beginning)
     assert "largest in the turns" in said["disturbance"]
     missing = said["missing_terms"]
-    assert "Sway follows v*nu (or v*v, which this motion does not tell apart)" in missing
-    assert "as Yv_absnu off by -0.03 +- 0.004 (1.7 N rms)" in missing
+    assert "Sway follows v*nu (or v*v, which this motion cannot distinguish)" in missing
+    assert "as if Yv_absnu were off by -0.03 ± 0.004 (1.7 N rms)" in missing
     assert "held at 0.1, 30 % of it: a missing or wrongly held term" in missing
     assert "no such term on X; it would be 2 N rms" in missing
     assert "Yv_absnu is free" in missing
@@ -194,7 +194,7 @@ def test_each_trial_of_several_has_its_own_figure(tmp_path):
     numbers = numbers_of(results)
     assert [trial["name"] for trial in numbers["disturbance"]["trials"]] == ["first", "second"]
     drawn = {figure.name: figure for figure in figures(results, joint.reference[joint.others], "truth", [])}
-    assert {"disturbance_first", "disturbance_second", "track_first"} <= drawn.keys()
+    assert {"disturbance_first", "disturbance_second"} <= drawn.keys()
     drawn["disturbance_second"].draw([tmp_path / "a.png"])
     assert (tmp_path / "a.png").stat().st_size > 10_000
     assert "in the trial second" in drawn["disturbance_second"].caption

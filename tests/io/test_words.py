@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.io.words import powers, uncertain
+from bayesub.io.words import measured, powers, uncertain
 
 
 @pytest.mark.parametrize(
@@ -30,3 +30,10 @@ def test_two_digits_of_what_is_not_known(value, sd, text):
 def test_units_and_factors_are_written_as_in_print():
     assert powers("kg m^2/s") == "kg m²/s"
     assert powers("(rho/2) l^3 U^-1") == "(ρ/2) l³ U⁻¹"
+
+
+def test_a_value_is_told_with_the_unit_of_its_column():
+    assert measured("roll_deg", 30.0) == "roll 30 deg"
+    assert measured("min_rpm_percent", 50.0) == "min rpm 50 %"
+    assert measured("u_ground_mps", "sd 0.005") == "u ground sd 0.005 m/s"
+    assert measured("share_of_draws", 0.0) == "share of draws 0"

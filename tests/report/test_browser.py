@@ -108,45 +108,29 @@ def test_the_page_may_ask_for_nothing_and_who_asks_is_seen(page, browser, tmp_pa
         assert sum("example.org" in url for url in plain.requests) == 2
 
 
-def test_the_table_of_intervals_sorts_by_contraction_and_name_and_is_searched(page, run):
-    contraction = {row["name"]: f"{row['contraction']:.3f}" for row in run[1]["parameters"]}
-    names = [text.split()[0] for text in column(page, "table.intervals", 1)]
-    assert names == list(contraction)
-    head = page.get_by_role("group", name="Intervals of the coefficients").get_by_role(
-        "button", name="posterior / prior sd"
-    )
+def test_the_table_of_coefficients_sorts_shows_a_group_of_columns_and_is_searched(page, run):
+    """What the trial narrows most comes first; the search of the page hides the other rows."""
+    contraction = {row["name"]: f"{row['contraction']:.3f}" for row in run[1]["parameters"] + run[1]["nuisance"]}
+    table = "#coefficients-table"
+    names = [text.split()[0] for text in column(page, table, 1)]
+    assert names[0] == min(run[1]["parameters"], key=lambda row: row["contraction"])["name"]
+    assert sorted(names) == sorted(contraction)
+    assert page.locator(f"{table} td.interval svg").count() == len(names)
+    head = page.get_by_role("group", name="Coefficients, table").get_by_role("button", name="posterior / prior sd")
     for sign, word in ((1, "ascending"), (-1, "descending")):
         head.click()
-        found = [float(text) for text in column(page, "table.intervals", 4)]
+        found = [float(text) for text in column(page, table, 3)]
         assert found == sorted(map(float, contraction.values()), reverse=sign < 0)
-        assert page.locator("table.intervals th[aria-sort=" + word + "]").count() == 1
-    page.locator("table.intervals th button").first.focus()
-    page.keyboard.press("Enter")
-    found = [text.split()[0] for text in column(page, "table.intervals", 1)]
-    assert sorted(found, key=str.lower) == found != names
-    page.locator("#figure-coefficients input[type=search]").fill("nuv")
-    assert [text.split()[0] for text in column(page, "table.intervals", 1)] == ["Nuv"]
-    assert page.locator("#figure-coefficients output").inner_text() == f"1 of {len(names)}"
-
-
-@pytest.mark.parametrize("show", ["ratio", "value", "dimensional"])
-def test_intervals_are_shown_as_ratios_values_and_values_in_si_units(page, run, show):
-    """Of every coefficient its numbers times the factor, to the digits that are shown, and its unit."""
-    page.locator(f"input[name=show][value={show}]").check()
-    shown = column(page, "table.intervals", 5)
-    assert len(shown) == len(run[1]["parameters"])
-    for text, row in zip(shown, run[1]["parameters"], strict=True):
-        factor, unit = {
-            "ratio": (1.0 / row["reference"], ""),
-            "value": (1.0, row["unit"] or ""),
-            "dimensional": (row["si_factor"], row["si_unit"]),
-        }[show]
-        numbers = re.fullmatch(r"(\S+) \((\S+) to (\S+)\) ?(.*)", text).groups()
-        ends = sorted(factor * row[key] for key in ("q5", "q95"))
-        rounding = 0.05 * (ends[1] - ends[0]) / 3.29  # half of a unit of the second digit of an sd, at most
-        expected = [factor * row["median"], *ends]
-        assert [float(number) for number in numbers[:3]] == pytest.approx(expected, rel=1e-6, abs=rounding)
-        assert numbers[3] == unit
+        assert page.locator(f"{table} th[aria-sort={word}]").count() == 1
+    for group, shown in (("sampling", "R-hat"), ("si", "in SI units"), ("value", "5 %")):
+        page.locator(f"input[name=show][value={group}]").check()
+        heads = page.locator(f"{table} th:visible").all_inner_texts()
+        assert [text.startswith(shown) for text in heads].count(True) == 1
+        assert len(heads) < 9
+    page.locator("nav input[type=search]").fill("nuv")
+    assert [text.split()[0] for text in column(page, table, 1)] == ["Nuv"]
+    page.locator("nav input[type=search]").fill("")
+    assert len(column(page, table, 1)) == len(names)
 
 
 def test_a_click_on_a_correlation_opens_the_pair_and_hovering_names_it(page, run):
@@ -169,15 +153,27 @@ def test_a_click_on_a_correlation_opens_the_pair_and_hovering_names_it(page, run
         )
         assert chosen == [first, second]
     before = page.locator(".pair .titled span").inner_text()
+    canvas.click(position=dict.fromkeys("xy", grid["margin"] + 0.5 * grid["step"]))
+    assert page.locator(".pair .titled span").inner_text() == before  # a parameter with itself is no pair
     canvas.focus()
     page.keyboard.press("ArrowUp")
     moved = page.locator("#figure-correlation output").inner_text()
     assert moved
     page.keyboard.press("Enter")
     assert page.locator(".pair .titled span").inner_text() == moved != before
+    page.locator("#figure-correlation select").first.select_option(names[strong[-1]])
+    page.locator("#figure-correlation select").last.select_option(names[strong[0]])
+    canvas.focus()
+    page.keyboard.press("ArrowUp")  # the frame has moved to the pair that was chosen from the lists
+    assert (
+        page.locator("#figure-correlation output")
+        .inner_text()
+        .startswith(f"{names[strong[-2]]} with {names[strong[0]]}")
+    )
 
 
 def test_residuals_and_tracks_zoom_by_mouse_keys_and_buttons(page):
+    page.get_by_text("Track and residuals, to zoom").click()
     whole = beside(page, "north (m)")
     box = page.locator(".chart[aria-label^='north (m)'] .u-over")
     box.scroll_into_view_if_needed()
@@ -210,7 +206,8 @@ def test_track_and_residuals_of_each_of_several_trials_are_found_and_zoom_by_the
     folder, trials = run_of_two
     with opened(browser, folder / "report.html") as page:
         for name, trial in trials.items():
-            page.get_by_role("link", name=f"Track and residuals: {name}").click()
+            page.get_by_text(f"Track and residuals: {name}, to zoom").click()
+            page.get_by_role("group", name=f"Track from above, {name}").scroll_into_view_if_needed()
             playwright.expect(page.get_by_role("group", name=f"Track from above, {name}")).to_be_in_viewport()
             ends = [share * trial.record.channels[0].times[-1] for share in (-0.02, 1.02)]
             assert beside(page, f"yaw (deg), reading minus posterior mean, {name}") == pytest.approx(ends, rel=1e-4)
@@ -227,6 +224,8 @@ def test_track_and_residuals_of_each_of_several_trials_are_found_and_zoom_by_the
 def test_everybody_can_use_it_says_axe(browser, run, viewport, scheme):
     with opened(browser, run[0] / "report.html", viewport, color_scheme=scheme) as page:
         assert violations(page) == []
+        page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+        assert violations(page) == []
         if scheme == "dark":
             return
         page.evaluate("document.querySelector('select').parentElement.replaceWith(document.querySelector('select'))")
@@ -240,28 +239,40 @@ def test_a_phone_scrolls_one_way(browser, run):
 
 def test_without_script_and_on_paper_the_figures_stand(browser, run):
     def shown(page):
-        figures = page.locator("#figure-coefficients, #figure-track, #figure-correlation")
+        figures = page.locator("#figure-coefficients, #figure-correlation")
         cards, widgets = figures.locator("> .card"), figures.locator("> .widget")
         return cards.filter(visible=True).count(), widgets.filter(visible=True).count()
 
     with opened(browser, run[0] / "report.html", java_script_enabled=False) as page:
-        assert shown(page) == (3, 0)
+        assert shown(page) == (2, 0)
+        assert page.get_by_text("to zoom").filter(visible=True).count() == 0
     with opened(browser, run[0] / "report.html") as page:
-        assert shown(page) == (0, 3)
+        assert shown(page) == (0, 2)
         page.emulate_media(media="print")
-        assert shown(page) == (3, 0)
+        assert shown(page) == (2, 0)
 
 
 def test_a_widget_that_fails_leaves_its_figure(browser, run, tmp_path):
     text = (run[0] / "report.html").read_text()
     head, content = text.split('<script type="application/json" id="content">')
     content, tail = content.split("</script>", 1)
-    broken = json.dumps(json.loads(content) | {"trials": [{"figure": "track"}]}).replace("<", "\\u003c")
+    broken = json.dumps(json.loads(content) | {"pairs": {}}).replace("<", "\\u003c")
     (tmp_path / "report.html").write_text(f'{head}<script type="application/json" id="content">{broken}</script>{tail}')
     with opened(browser, tmp_path / "report.html") as page:
-        assert page.locator("#figure-track > .card").is_visible()
+        assert page.locator("#figure-correlation > .card").is_visible()
         assert page.locator("figure.live").count() == 2
         assert len(page.complaints) == 1
+
+
+def test_the_answer_and_three_pictures_are_on_the_first_screen_and_all_on_eight(browser, run):
+    """At 1280 x 800, and on the first two and a half of a phone."""
+    with opened(browser, run[0] / "report.html", {"width": 1280, "height": 800}) as page:
+        assert page.locator(".three figure").count() == 3
+        assert page.locator(".three").bounding_box()["y"] + page.locator(".three").bounding_box()["height"] < 800
+        assert page.evaluate("document.documentElement.scrollHeight") <= 8 * 800
+    with opened(browser, run[0] / "report.html", {"width": 390, "height": 844}) as page:
+        assert page.locator(".answer").bounding_box()["y"] < 844
+        assert page.locator("#boat").bounding_box()["y"] < 2.5 * 844
 
 
 def test_a_drawing_looks_as_matplotlib_drew_it(browser, tmp_path):
@@ -279,14 +290,14 @@ def test_a_drawing_looks_as_matplotlib_drew_it(browser, tmp_path):
     rules = (Path(report.__file__).parent / "style.css").read_text()
     seen = {}
     for name, body in (
-        ("whole", '<img src="whole.svg" width=600 style="display: block">'),
+        ("whole", f'<img src="whole.svg" width={drawing.width} style="display: block">'),
         ("own", shared + own),
         ("bare", bare + own),
     ):
         (tmp_path / f"{name}.html").write_text(
             f"<!doctype html><style>{rules} body {{ padding: 0; margin: 0 }}</style><body>{body}"
         )
-        with opened(browser, tmp_path / f"{name}.html", {"width": 600, "height": 450}) as page:
+        with opened(browser, tmp_path / f"{name}.html", {"width": drawing.width, "height": 288}) as page:
             picture = Image.open(io.BytesIO(page.screenshot())).convert("L")
             seen[name] = np.asarray(picture, dtype=float)
     assert np.ptp(seen["whole"]) > 200

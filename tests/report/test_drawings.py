@@ -30,7 +30,7 @@ def test_a_drawing_is_a_fraction_of_matplotlibs_and_has_its_box(few):
     drawing = Drawings().inline(few[1].decode())
     assert len(drawing.content) < 0.5 * len(few[1])
     assert drawing.box == "0 0 288 216"
-    assert drawing.width == 600
+    assert drawing.width == 384  # four inches
     assert "style=" not in drawing.content
     assert "xlink" not in drawing.content
 

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.report.page import PLACE, symbol, with_contents
+from bayesub.report.page import PLACE, product, symbol, with_contents
 
 
 def test_headings_have_names_of_their_own_and_are_listed():
@@ -39,3 +39,23 @@ def test_symbols_in_html(name, text):
 
 def test_every_symbol_of_the_set_is_written_without_latex():
     assert not [name for name in EQUATIONS.names if set("\\${}") & set(symbol(EQUATIONS.label(name)))]
+
+
+@pytest.mark.parametrize(
+    ("regressor", "text"),
+    [
+        ("u*u*dr*dr", "<i>u</i><sup>2</sup> <i>δ</i><sub>r</sub><sup>2</sup>"),
+        ("sgn(v)*nu*abs(r)", "sgn(<i>v</i>) <i>ν</i> |<i>r</i>|"),
+        ("rdot", "<i>ṙ</i>"),
+        ("crossflow_y", "<i>crossflow</i><sub>y</sub>"),
+        ("<b>*u", "<i>&lt;b&gt;</i> <i>u</i>"),
+        ("v*abs(v)^2", "<i>v</i> |<i>v</i>|<sup>2</sup>"),
+    ],
+)
+def test_regressors_in_html(regressor, text):
+    assert product(regressor) == text
+
+
+def test_every_regressor_of_the_set_is_written_without_code():
+    shown = {term.regressor: product(term.regressor) for term in EQUATIONS.terms}
+    assert not [regressor for regressor, text in shown.items() if "*" in text or "_" in text or "abs" in text]

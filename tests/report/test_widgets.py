@@ -12,7 +12,7 @@ from bayesub.findings.results import Results, numbers_of
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
 from bayesub.report import report, widgets
-from bayesub.report.figures import figures
+from bayesub.report.figures import _found, figures
 
 
 def unpacked(packed):
@@ -39,8 +39,8 @@ def numbers(results):
 
 
 @pytest.fixture(scope="module")
-def content(results, numbers):
-    return widgets.content(results, numbers, results.problem.reference[results.problem.others], "truth")
+def content(results):
+    return widgets.content(results, results.problem.reference[results.problem.others], "truth")
 
 
 @pytest.mark.parametrize("kind", ["u2", "u4"])
@@ -77,7 +77,7 @@ def test_correlations_are_of_what_is_drawn_and_the_same_everywhere(results, numb
     captions = captions_of(results)
     i, j = np.unravel_index(np.argmax(np.abs(np.triu(drawn, 1))), drawn.shape)
     words = f"{sample.names[i]} with {sample.names[j]}, correlation {drawn[i, j]:+.2f}"
-    assert words in captions["correlation"]
+    assert words in captions["pairs"]
     draws = np.array([unpacked(packed) for packed in pairs["draws"]])
     assert draws.shape == (n, widgets.DRAWS)
     values = draws * np.where(np.arange(n) < results.problem.n_coefficients, results.problem.reference, 1.0)[:, None]
@@ -88,28 +88,27 @@ def captions_of(results, baselines=()):
     return {f.name: f.caption for f in figures(results, results.problem.reference, "truth", baselines)}
 
 
-def test_a_caption_counts_the_tracks_that_are_drawn_and_the_searches_that_fit(results, content):
+def test_a_caption_counts_the_tracks_that_are_drawn_and_a_legend_the_searches_that_fit(results, content):
     (trial,) = content["trials"]
-    assert f"and {len(trial['path']['draws'])} draws from the posterior" in captions_of(results)["track"]
-    for fits, words in (
-        ((70.6, 70.61), "SQP solutions, of which none fits the track (chi-square per reading 70.6)."),
-        ((1.0, 1.1), "SQP solutions, all of which fit the track."),
-        ((1.0, 3.0), "SQP solutions, which do not all fit the track (chi-square per reading 1 to 3)."),
-    ):
-        sqp = {"method": "SQP", "chi_square_per_reading": fits}
-        assert words in captions_of(results, [sqp])["coefficients"]
+    assert f"{len(trial['path']['draws'])} tracks each" in captions_of(results)["fan"]
+    for fits, words in (((70.6, 70.61), "none fits"), ((1.0, 1.1), "all fit"), ((1.0, 3.0), "1 fit")):
+        sqp = {"method": "SQP", "chi_square_per_reading": fits, "at_bounds": [[], []]}
+        assert _found(results, [sqp])[0].label == f"SQP, 2 starts: {words}"
 
 
 def test_intervals_are_those_of_the_numbers(results, numbers, content):
     rows = content["intervals"]["rows"]
-    assert [row["name"] for row in rows] == [row["name"] for row in numbers["parameters"]]
-    for row, given in zip(rows, numbers["parameters"], strict=True):
+    given_rows = numbers["parameters"] + numbers["nuisance"]
+    assert [row["name"] for row in rows] == [row["name"] for row in given_rows]
+    n = len(numbers["parameters"])
+    assert [row["reference"] is not None for row in rows] == [k < n for k in range(len(rows))]  # of others no ratios
+    for row, given in zip(rows, given_rows, strict=True):
         found = [row["posterior"][0], row["posterior"][2], row["posterior"][4]]
         assert found == pytest.approx([given["q5"], given["median"], given["q95"]], rel=1e-6)
         assert row["prior"][0] < given["prior_mean"] < row["prior"][1]
     (search,) = content["intervals"]["sets"]
-    assert np.shape(search["values"]) == (len(rows), 2)
-    assert np.array(search["values"]) == pytest.approx(results.estimates[0].solutions[:, : len(rows)].T, rel=1e-6)
+    assert np.shape(search["values"]) == (n, 2)
+    assert np.array(search["values"]) == pytest.approx(results.estimates[0].solutions[:, :n].T, rel=1e-6)
 
 
 def test_residuals_and_truth_are_minus_the_posterior_mean(results, content):
@@ -125,10 +124,10 @@ def test_residuals_and_truth_are_minus_the_posterior_mean(results, content):
     assert (unpacked(lines["low"]) < unpacked(lines["high"])).all()
 
 
-def test_of_very_many_readings_every_second_or_third_is_drawn(results, numbers, monkeypatch):
+def test_of_very_many_readings_every_second_or_third_is_drawn(results, monkeypatch):
     monkeypatch.setattr(widgets, "READINGS", len(results.problem.readings) // 3)
     reference = results.problem.reference
-    (trial,) = widgets.content(results, numbers, reference, "truth")["trials"]
+    (trial,) = widgets.content(results, reference, "truth")["trials"]
     assert trial["stride"] == 3
     times = results.problem.record.channels[0].times
     assert unpacked(trial["channels"][0]["times"]) == pytest.approx(times[::3], abs=1e-6)
@@ -137,12 +136,12 @@ def test_of_very_many_readings_every_second_or_third_is_drawn(results, numbers, 
 def test_the_content_is_json_without_tags(numbers, content):
     """What a name holds cannot end the script in which it stands."""
     content = json.loads(json.dumps(content, allow_nan=False))
-    content["intervals"]["rows"][0]["meaning"] = "</script><b>"
+    content["intervals"]["rows"][0]["name"] = "</script><wbr>"
     page = report.page(numbers | {"name": "", "question": "", "seconds": {}}, pictures(), live=content)
     assert page.count("</script>") == page.count("<script") == 4
-    assert "<b>" not in page
+    assert "<wbr>" not in page
 
 
 def pictures():
-    names = ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "directions", "nuisance")
+    names = ("coefficients", "criticism", "ladder", "correlation", "directions", "nuisance")
     return dict.fromkeys(names, ("What.", b"picture"))

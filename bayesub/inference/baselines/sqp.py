@@ -10,6 +10,7 @@ from bayesub.inference.baselines.starts import Normalised, search_from
 from bayesub.inference.interface import LeastSquares, Progress
 from bayesub.io.errors import InputError
 
+BOUNDS = 0.75  # half width of the search in the unknowns, unless another is asked for
 _STEP = float(np.sqrt(np.finfo(float).eps))  # of forward differences, in unknowns of order one
 _LEAST = np.finfo(float).tiny  # the logarithm of a cost below it is round-off
 _TOLERANCE = 1e-10  # change of the logarithm of the cost at which SLSQP stops
@@ -23,7 +24,7 @@ def sqp(
     informed: Collection[str] = (),
     n_starts: int = 5,
     start_spread: float = 0.10,
-    bounds: float = 0.75,
+    bounds: float = BOUNDS,
     gradients: str = "exact",
     tolerances: tuple[float, float] | None = None,
     max_iterations: int = 200,

@@ -1,4 +1,4 @@
-"""The Fisher information in prior-scaled coordinates: which directions the data sharpen, and by how much."""
+"""The Fisher information in prior-scaled coordinates: which directions the data determine, and how well."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from scipy import optimize
 
 from bayesub.inference.identifiability.linalg import null_basis, orthonormal, signed, split_svd
-from bayesub.inference.identifiability.null_space import null_vectors
+from bayesub.inference.identifiability.null_space import RANK_DRAWS, null_vectors
 from bayesub.inference.interface import Identifiable, InferencePrior, PointEstimate, parameter_vector
 from bayesub.io.notebook import Displayed
 
@@ -43,7 +43,7 @@ class Spectrum(Displayed):
 
     @property
     def n_informed(self) -> int:
-        """Directions in which the data are sharper than the prior."""
+        """Directions that the data determine better than the prior."""
         return int(np.count_nonzero(self._signal > 1.0))
 
     @property
@@ -143,7 +143,7 @@ def fisher(
     """Spectrum of a problem at a parameter vector, with its null directions last.
 
     Histories of forces are integrated out: the spectrum is that of all other parameters, and an effect on the readings
-    that the forces may have had as well tells little of them.
+    that the forces may have had as well says little about them.
 
     Parameters
     ----------
@@ -156,18 +156,40 @@ def fisher(
     draws : (n, n_params) of the posterior, which say an unknown scale of the prior, and what is not null at all of them
     """
     parameters = parameter_vector(at)
-    white = [history.columns for history in problem.histories]
     prior = problem.prior if draws is None else problem.prior.found(draws)
-    whitened, sd = problem.jacobian(parameters) * prior.sd, prior.sd
-    others = np.arange(problem.n_params)
-    if white:
-        others = np.delete(others, np.concatenate(white))
-        whitened = integrated_out(whitened[:, others], whitened[:, np.concatenate(white)])
-    names, sd = tuple(problem.names[k] for k in others), sd[others]
+    others, whitened = _whitened(problem, parameters, prior.sd)
+    names, sd = tuple(problem.names[k] for k in others), prior.sd[others]
     basis = null_basis(names, null_vectors(problem, parameters, null, draws), sd)
     factor = correlation_factor(prior, others)
     _, s, vt = split_svd(whitened @ factor, orthonormal(np.linalg.solve(factor, basis.T).T))
     return Spectrum(names, s, signed(vt @ factor.T), sd, len(basis), parameters[others])
+
+
+def conditional_sd(problem: Identifiable, draws: np.ndarray) -> np.ndarray:
+    """Posterior standard deviation (n_others,) of each parameter if all the others were known, histories left out.
+
+    It is the root of 1 / (information of the data on the parameter + precision of the prior), which is well conditioned
+    where the covariance of the draws is not; its square is averaged over some draws (n, n_params) of the posterior. The
+    multiple correlation R of a parameter with all others, of which this and its posterior sd are the two sides, is
+    ``R^2 = 1 - (conditional sd / posterior sd)^2``, and 1 / (1 - R^2) its variance inflation factor (Belsley, Kuh &
+    Welsch 1980).
+    """
+    prior = problem.prior.found(draws)
+    variances = []
+    for at in draws[np.linspace(0, len(draws) - 1, RANK_DRAWS).astype(int)]:
+        others, whitened = _whitened(problem, at, prior.sd)
+        by_prior = np.linalg.inv(correlation_factor(prior, others))
+        variances.append(1.0 / (np.sum(whitened**2, axis=0) + np.sum(by_prior**2, axis=0)))
+    return prior.sd[others] * np.sqrt(np.mean(variances, axis=0))
+
+
+def _whitened(problem, at, sd) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n,) of the parameters but white coordinates of histories, and the Jacobian in sds (n_params,)."""
+    whitened, others = problem.jacobian(at) * sd, np.arange(problem.n_params)
+    if white := [history.columns for history in problem.histories]:
+        others = np.delete(others, np.concatenate(white))
+        whitened = integrated_out(whitened[:, others], whitened[:, np.concatenate(white)])
+    return others, whitened
 
 
 def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray:

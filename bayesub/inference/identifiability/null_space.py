@@ -86,14 +86,12 @@ def null_vectors(
     return null_space(problem, at, draws=draws).vectors if null is None else tuple(null)
 
 
-def kept(
-    prior: InferencePrior, draws: np.ndarray, steps: np.ndarray, coordinates: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and sd, both (n_null,), that the prior alone gives null directions beside what the data say of all else.
+def kept(prior: InferencePrior, draws: np.ndarray, steps: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
+    """The sd (n_null,) that the prior alone gives null directions beside what the data say of all else.
 
     Where the data do not tell the points of a line, the posterior on it is the prior on it. With means and variances
-    of the prior on the lines through draws, by the law of total variance, draws of a right posterior have this mean
-    and sd, whatever the prior: of a normal one that is its own, of a uniform one it is wider in the middle of the box
+    of the prior on the lines through draws, by the law of total variance, draws of a right posterior have this sd,
+    whatever the prior: of a normal one that is its own, of a uniform one it is wider in the middle of the box
     and narrower in a corner.
 
     Parameters
@@ -105,16 +103,14 @@ def kept(
     some = draws[np.linspace(0, len(draws) - 1, min(_LINES, len(draws))).astype(int)]
     s = np.linspace(-_REACH, _REACH, _POINTS)
     t = np.sinh(s)  # close to each other at a draw, and far enough for the tail of a log-normal
-    moments = []
+    sds = []
     for step, coordinate in zip(steps, coordinates, strict=True):
         logs = np.array([prior.log_density(one + t[:, None] * step) for one in some])
         weights = np.cosh(s) * np.exp(logs - logs.max(axis=1, keepdims=True))
         weights /= weights.sum(axis=1, keepdims=True)
         shift = weights @ t
-        means = some @ coordinate + shift
-        moments.append((means.mean(), np.sqrt(np.mean(weights @ t**2 - shift**2) + means.var())))
-    mean, sd = np.reshape(moments, (-1, 2)).T
-    return mean, sd
+        sds.append(np.sqrt(np.mean(weights @ t**2 - shift**2) + (some @ coordinate + shift).var()))
+    return np.array(sds)
 
 
 @dataclass(frozen=True)

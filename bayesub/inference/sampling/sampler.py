@@ -228,7 +228,7 @@ class _Run:
         return store.Block(parameters, self.sampler.get_log_prob(), state)
 
     def posterior(self, criteria: Criteria) -> Posterior:
-        """What the steps so far say."""
+        """The verdict on convergence of the steps so far."""
         if len(self.blocks) > 1:
             chain, log_prob = (np.concatenate([getattr(b, key) for b in self.blocks]) for key in ("chain", "log_prob"))
             self.blocks = [store.Block(chain, log_prob, self.state)]
@@ -248,7 +248,7 @@ class _Run:
         ).given(self.problem.prior)
 
     def _charged(self, spent: store.Spent) -> store.Spent:
-        """What has been spent so far, with what has been since the last time."""
+        """The costs so far, with those since the last call."""
         before, now = self.marked, _costs(self.problem)
         self.marked = now
         return replace(
@@ -262,7 +262,7 @@ class _Run:
 
 
 def _costs(problem) -> store.Spent:
-    """What the problem has computed by now, and the time."""
+    """The counts of the problem now, and the time."""
     costs = problem.costs
     return store.Spent(
         costs.simulations, time.perf_counter(), dict(costs.failures), costs.jacobians, simulation_seconds=costs.seconds
@@ -325,7 +325,7 @@ def _restored(problem, arrays):
 
 
 def _settings(problem, rng, n_ensembles, n_walkers, moves) -> dict:
-    """What a run must have in common with the one it continues."""
+    """Settings that a run must share with the one it continues."""
     prior = hashlib.sha256(problem.prior.mean.tobytes() + problem.prior.sd.tobytes()).hexdigest()[:12]
     seed = hashlib.sha256(repr(rng.bit_generator.state).encode()).hexdigest()[:12]
     names = ", ".join(f"{type(move).__name__} {weight:g}" for move, weight in moves)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
-from bayesub.io.words import counted, with_unit
+from bayesub.io.words import with_unit
 from bayesub.report.plots import style
 from bayesub.report.plots.style import Equations, Paths, Prior
 
-if TYPE_CHECKING:  # they load a sampler and searches
-    from bayesub.inference.baselines import Estimate
+if TYPE_CHECKING:  # it loads a sampler
     from bayesub.inference.sampling import Posterior
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of intervals
@@ -26,6 +27,31 @@ _SPAN = 0.8  # of a row that its runs share
 _LOWEST, _HIGHEST = -1.0, 3.0  # ratios of several runs that are shown
 
 
+@dataclass(frozen=True)
+class Found:
+    """Solutions of a baseline as they are drawn."""
+
+    label: str  # with how many of them fit
+    values: np.ndarray  # (n_solutions, n_params) in the order of the posterior
+    fits: np.ndarray  # (n_solutions,) whether it fits the readings
+    good: np.ndarray  # (n_solutions, n_params) whether the solution fits and is at no bound of the search there
+    marker: str = "o"
+    colour: str = style.SQP
+
+
+def found_handles(found: Sequence[Found], beyond: Iterable[Any] = ()) -> list[Line2D]:
+    """Of a legend: the marks of baselines, and what hollow ones and arrows are; `beyond`: number of arrows of each."""
+    marks = [(one.marker, one.colour, one.label, bool(one.good.any())) for one in found]
+    if any(not one.good.all() for one in found):
+        marks.append(("o", style.SQP, "hollow: no fit, or at a bound", False))
+    if arrows := sum(beyond):
+        marks.append((">", style.SQP, f"arrow: beyond the axes ({arrows})", False))
+    return [
+        Line2D([], [], ls="", marker=marker, ms=5, mec=colour, mfc=colour if is_full else "none", label=label)
+        for marker, colour, label, is_full in marks
+    ]
+
+
 def labels(names: Iterable[str], equations: Equations) -> list[str]:
     """LaTeX labels of the coefficients of a set; other parameters by name and unit."""
     return [equations.label(name) if name in equations.index else with_unit(name) for name in names]
@@ -33,7 +59,7 @@ def labels(names: Iterable[str], equations: Equations) -> list[str]:
 
 def borders(names: Iterable[str], equations: Equations) -> list[int]:
     """Positions at which the coefficients of another axis, or other parameters, begin."""
-    axes = [equations.term(name).axis if name in equations.index else name[0] for name in names]
+    axes = [equations.term(name).axis if name in equations.index else "" for name in names]
     return [k for k in range(1, len(axes)) if axes[k] != axes[k - 1]]
 
 
@@ -62,57 +88,49 @@ def draw(
     posterior: Posterior,
     prior: Prior,
     reference: np.ndarray,
-    estimates: Sequence[Estimate],
+    found: Sequence[Found],
     reference_word: str,
     equations: Equations,
     *,
     wide: Prior | None = None,
 ) -> None:
-    """Prior band, posterior intervals and the solutions of the baselines.
+    """Prior band, posterior intervals and the solutions of the baselines, best known coefficients first.
 
     `posterior` and `prior`: of n_params parameters; `reference`: (n_coefficients,) values that count as one, of the
-    first n_coefficients parameters of the posterior; `estimates`: their coefficients may stand in another order;
-    `wide`: the prior with its scale unknown, whose band is an outline.
+    first n_coefficients parameters of the posterior; `found`: solutions to draw as points; `wide`: the prior with its
+    scale unknown, whose band is an outline.
     """
     n = len(reference)
+    relative = posterior.sd[:n] / np.abs(posterior.mean[:n])
+    order = np.argsort(relative, kind="stable")
     n_panels = -(-n // ROWS)
     length = -(-n // n_panels)
-    places = [[estimate.names.index(name) for name in posterior.names[:n]] for estimate in estimates]
-    values = [
-        ratios(estimate.solutions[:, place], reference, prior)
-        for estimate, place in zip(estimates, places, strict=True)
-    ]
+    values = [ratios(one.values, reference, prior) for one in found]
     quantiles = posterior.quantiles(QUANTILES)
     low, high = limits(quantiles, prior, reference, values)
     with style.figure(path, 7.4 * n_panels, 0.235 * length + 1.25) as figure:
         panels = figure.subplots(1, n_panels, squeeze=False, sharex=True)[0]
-        for panel, rows in zip(panels, np.array_split(np.arange(n), n_panels), strict=True):
-            intervals(panel, rows, quantiles, prior, reference, lying=True)
+        beyond = [np.count_nonzero((some < low) | (some > high)) for some in values]
+        for panel, rows in zip(panels, np.array_split(order, n_panels), strict=True):
+            places = np.arange(len(rows))
+            intervals(panel, rows, quantiles, prior, reference, places, lying=True)
             if wide is not None:
                 ends = np.sort(ratios([wide.quantiles(p) for p in PRIOR_EDGES], reference, prior)[:, rows], axis=0)
-                outline = {
-                    "fc": "none",
-                    "ec": style.TRUTH,
-                    "lw": 0.5,
-                    "ls": "--",
-                    "label": "prior, scale unknown, 90 %",
-                }
-                panel.barh(rows, np.ptp(ends, axis=0), 0.8, ends[0], **outline)
-            for estimate, some in zip(estimates, values, strict=True):
-                _draw_estimate(panel, rows, estimate, some[:, rows], (low, high))
-            names = posterior.names[rows[0] : rows[-1] + 1]
+                look = {"fc": "none", "ec": style.TRUTH, "lw": 0.5, "ls": "--", "label": "prior, scale unknown, 90 %"}
+                panel.barh(places, np.ptp(ends, axis=0), 0.8, ends[0], **look)
+            for one, some in zip(found, values, strict=True):
+                _draw_found(panel, one, some[:, rows], one.good[:, rows], (low, high))
+            names = [posterior.names[k] for k in rows]
             symbols = star(names, reference[rows], equations)
-            panel.set_yticks(rows, [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)])
-            relative = posterior.sd[rows] / np.abs(posterior.mean[rows])
-            words = [f"{100 * value:.2g} %" if value < 1.0 else "> 100 %" for value in relative]
-            style.write_beside(panel, rows, words, "posterior sd over mean")
-            for k in borders(names, equations):
-                panel.axhline(rows[0] + k - 0.5, color=style.TRUTH, lw=0.5, ls=":")
+            panel.set_yticks(places, [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)])
+            words = [f"{100 * value:.2g} %" if value < 1.0 else "> 100 %" for value in relative[rows]]
+            style.write_beside(panel, places, words, "sd / mean")
             note = "" if np.all(reference) else "; * zero there: 1 + value / prior sd"
-            panel.set(xlim=(low, high), ylim=(rows[0] + length - 0.4, rows[0] - 0.6))
+            panel.set(xlim=(low, high), ylim=(length - 0.4, -0.6))
             panel.set_xlabel(f"ratio to {reference_word}{note}")
             panel.grid(axis="y", visible=False)
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8.5)
+        handles = [*panels[0].get_legend_handles_labels()[0], *found_handles(found, beyond)]
+        style.legend_above(figure, handles)
 
 
 def limits(
@@ -125,31 +143,35 @@ def limits(
     return max(everything.min() - 0.1, -1.5), min(everything.max() + 0.1, 4.0)
 
 
-def _draw_estimate(panel, rows, estimate, values, limits) -> None:
-    """The solutions (n_solutions, n_rows) of a baseline; triangles point to those beyond the limits."""
-    search = estimate.method == "SQP"
-    n, (low, high) = len(values), limits
-    colour, marker, size = (style.SQP, "o", 3.4) if search else (style.LINEAR, "X", 5.0)
-    word = f"SQP from {counted(n, 'start')}" if search else f"{estimate.method}, no noise"
-    shifts = np.linspace(-0.25, 0.25, n) if n > 1 else np.array([0.3])
-    y = rows + shifts[:, None]
-    inside = (values >= low) & (values <= high)
-    panel.plot(values[inside], y[inside], marker, ms=size, mew=0, color=colour, label=word, zorder=3)
-    for beyond, edge, arrow in ((values < low, low, "<"), (values > high, high, ">")):
-        if beyond.any():
-            look = {"ms": 5, "mew": 0, "color": colour, "clip_on": False, "zorder": 3}
-            panel.plot(np.full(beyond.sum(), edge), y[beyond], arrow, **look)
+def _draw_found(panel, one, values, good, limits) -> None:
+    """The solutions (n_solutions, n_rows) of a baseline, hollow where not good; triangles point beyond the limits."""
+    low, high = limits
+    shifts = np.linspace(-0.25, 0.25, len(values)) if len(values) > 1 else np.array([0.3])
+    y = np.arange(values.shape[1]) + shifts[:, None]
+    for some, marker in ((values < low, "<"), (values > high, ">"), ((values >= low) & (values <= high), one.marker)):
+        for shown, look in ((some & good, {"mfc": one.colour, "mew": 0}), (some & ~good, {"mfc": "none", "mew": 0.7})):
+            look |= {"mec": one.colour, "ms": 4.0, "ls": "", "clip_on": False, "zorder": 3}
+            if shown.any():
+                panel.plot(np.clip(values, low, high)[shown], y[shown], marker, **look)
 
 
 def intervals(
-    axis: Axes, columns: np.ndarray, quantiles: np.ndarray, prior: Prior, reference: np.ndarray, *, lying: bool = False
+    axis: Axes,
+    columns: np.ndarray,
+    quantiles: np.ndarray,
+    prior: Prior,
+    reference: np.ndarray,
+    places: np.ndarray | None = None,
+    *,
+    lying: bool = False,
 ) -> tuple[float, float]:
     """Draw prior band and posterior intervals; the lowest and highest ratio of them.
 
-    `columns`: (n,) positions of the parameters, and where they are drawn; `quantiles`: (5, n_params) of the posterior,
-    those of QUANTILES; `reference`: (n_coefficients,) values that count as one; `lying`: whether ratios go to the right
-    and not upwards.
+    `columns`: (n,) positions of the parameters; `quantiles`: (5, n_params) of the posterior, those of QUANTILES;
+    `reference`: (n_coefficients,) values that count as one; `places`: (n,) where they are drawn, by default `columns`;
+    `lying`: whether ratios go to the right and not upwards.
     """
+    at = columns if places is None else places
 
     def ratio(values):
         return np.sort(ratios(values, reference, prior)[:, columns], axis=0)
@@ -157,15 +179,15 @@ def intervals(
     bottom, top = ratio([prior.quantiles(p) for p in PRIOR_EDGES])
     low, q1, median, q3, high = ratio(quantiles)
     bars, lines, mark = (axis.barh, axis.hlines, "|") if lying else (axis.bar, axis.vlines, "_")
-    bars(columns, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 90 %")
+    bars(at, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 90 %")
     (axis.axvline if lying else axis.axhline)(1.0, color=style.TRUTH, lw=0.8)
-    lines(columns, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
-    lines(columns, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
+    lines(at, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
+    lines(at, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
     ends = min(bottom.min(), low.min()), max(top.max(), high.max())
     wide = q3 - q1 > VISIBLE * (ends[1] - ends[0])
     for some, look in ((wide, {"color": "white"}), (~wide, {"color": style.POSTERIOR, "mew": 2.0})):
-        places = median[some], np.asarray(columns)[some]
-        axis.plot(*(places if lying else places[::-1]), mark, ms=7, **look)
+        both = median[some], np.asarray(at)[some]
+        axis.plot(*(both if lying else both[::-1]), mark, ms=7, **look)
     return ends
 
 
@@ -181,9 +203,7 @@ def draw_runs(path: Paths, rows: Sequence[tuple[str, Mapping[str, dict]]], runs:
         panels = figure.subplots(1, 2 * n_panels, squeeze=False, width_ratios=[2.2, 1.0] * n_panels)[0]
         for k in range(n_panels):
             _draw_runs(panels[2 * k], panels[2 * k + 1], rows[k * length : (k + 1) * length], runs, length)
-        handles, words = panels[0].get_legend_handles_labels()
-        columns = style.legend_columns(words, figure.get_figwidth())
-        figure.legend(handles, words, loc="outside upper center", ncols=columns, fontsize=8)
+        style.legend_above(figure, panels[0].get_legend_handles_labels()[0])
 
 
 def _draw_runs(left, right, rows, labels, length) -> None:

@@ -1,15 +1,13 @@
-"""Joint marginals of the posterior: of the coefficients that trade off, and of directions from stiff to null.
+"""Joint marginals: the strongest pairs as a strip, and corners of coefficients that trade off.
 
-All panels share one pair of axes, in units of panels: a figure of 78 axes takes four times as long to make and to
-render. The contours are those of the library corner.
+All panels of a corner share one pair of axes, in units of panels: a figure of 36 axes takes four times as long to make
+and to render.
 """
 
 from __future__ import annotations
 
-import functools
-import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -19,61 +17,113 @@ from matplotlib.collections import PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from scipy import special
+from scipy import ndimage, special
 
 from bayesub.io.words import uncertain
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import PRIOR_PROBABILITIES, labels, prior_density, ratios, star
+from bayesub.report.plots.coefficients import PRIOR_PROBABILITIES, Found, found_handles, prior_density, ratios, star
 from bayesub.report.plots.style import Equations, Paths, Prior
 
 if TYPE_CHECKING:  # they load a sampler
-    from bayesub.inference.identifiability import Spectrum
     from bayesub.inference.sampling import Posterior
 
 PARAMETERS = 8  # of a corner
-STRONG = 0.8  # correlation of a trade-off that is drawn before the null directions
+TRADING = 0.3  # correlation from which a coefficient is in a corner, and a pair in the strip
+PAIRS = 10  # of the strip
 DRAWS = 20_000
 GAP = 0.06  # between panels, of which each is one unit with its gap
 SIDE = 1.0 - GAP
+_CORNERS = SIDE * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])  # of a panel
 SHARES = (0.5, 0.9)  # of the draws within each contour
-REACH = 3.3  # prior standard deviations from the middle to the edge of a panel of directions
-_EACH = 2  # directions of each kind
-_CELLS = 30  # of a panel in each direction
+_COLUMNS, _PANEL = 5, 1.78  # of the strip: panels in a row, and their size with what is between them, inches
+_REACH = 2.4  # prior sds from the middle to the edge of a panel of the strip
+_CLOUD = 4.2  # standard deviations from the middle of a cloud to the edge of its cells
+_CELLS = 40  # of a cloud in each direction
 _SMOOTHING = 1.0  # cells
-_BINS = 25  # of a marginal
-_LINE = 0.02  # of a panel: what is narrower is drawn as a thick line
+_WIDE = 0.25  # prior sds of a posterior beside which the whole prior is shown
+_BINS = 50  # of a marginal
 _PALE = "#A9CDE4"
-MARKS = {"orange dots": ("o", style.SQP), "green crosses": ("X", style.LINEAR), "yellow squares": ("s", style.WEAK)}
-_CIRCLE: dict[str, Any] = style.PRIOR_LINE | {"lw": 0.9}  # the edge that holds 90 % of the prior of any two
+_EDGE: dict[str, Any] = style.PRIOR_LINE | {"lw": 0.9}  # what holds 90 % of the prior of any two
 _RADIUS = np.sqrt(-2.0 * np.log(1.0 - SHARES[-1]))  # of the circle that holds this share of two standard normals
+_CIRCLE = _RADIUS * np.stack([np.cos(t := np.linspace(0.0, 2.0 * np.pi, 60)), np.sin(t)])
 
 
-def trade_off_parameters(posterior: Posterior, n: int, null: Iterable[Mapping[str, float]] = ()) -> np.ndarray:
-    """Positions, in their order, of at most PARAMETERS of the first n parameters: those that trade off.
+def strong_pairs(correlation: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Pairs of parameters with a correlation of TRADING and more, strongest first."""
+    rows, columns = np.triu_indices(len(correlation), 1)
+    sizes = np.abs(correlation[rows, columns])
+    order = np.argsort(-sizes, kind="stable")[: np.count_nonzero(sizes >= TRADING)]
+    return ((int(rows[k]), int(columns[k])) for k in order)
 
-    First come the pairs with a correlation of STRONG and more, for which half of the places are kept, then in turn the
-    largest entries of each null direction in prior standard deviations, then further pairs.
+
+def trading(correlation: np.ndarray) -> np.ndarray:
+    """Positions, in their order, of at most PARAMETERS that trade off with each other."""
+    chosen: dict[int, None] = {}
+    for pair in strong_pairs(correlation):
+        if len(chosen | dict.fromkeys(pair)) <= PARAMETERS:
+            chosen |= dict.fromkeys(pair)
+    return np.sort(np.array(list(chosen), dtype=int))
+
+
+def draw_pairs(
+    path: Paths,
+    posterior: Posterior,
+    prior: Prior,
+    reference: np.ndarray,
+    equations: Equations,
+    pairs: Sequence[tuple[int, int]],
+    found: Sequence[Found] = (),
+    word: str = "truth",
+) -> None:
+    """A strip of pairs of parameters, at positions among all; coefficients as ratios to `reference` (n_coefficients,).
+
+    Both sides of a panel are as many prior standard deviations long. `found`: solutions to draw as points, their
+    parameters in the order of the posterior; `word`: what the reference is.
     """
-    names = posterior.names[:n]
-    rows, columns = np.triu_indices(n, 1)
-    sizes = np.abs(posterior.correlation[rows, columns])
-    pairs = [(rows[k], columns[k]) for k in np.argsort(-sizes)]
-    chosen = _filled({}, pairs[: np.count_nonzero(sizes >= STRONG)], PARAMETERS // 2)
-    entries = []
-    for vector in null:
-        size = {names.index(name): abs(x) for name, x in vector.items() if name in names}
-        entries.append(sorted(size, key={k: -x / posterior.prior_sd[k] for k, x in size.items()}.__getitem__))
-    by_rank = [[order[k] for order in entries if k < len(order)] for k in range(max(map(len, entries), default=0))]
-    chosen = _filled(chosen, [(k,) for k in chain(*by_rank)], PARAMETERS)
-    return np.sort(list(_filled(chosen, pairs, PARAMETERS)) or np.arange(n))
+    n = len(reference)
 
+    def ratio(values):
+        values = np.asarray(values)
+        return np.concatenate([ratios(values, reference, prior), values[..., n:]], axis=-1)
 
-def _filled(chosen: dict, groups, most: int) -> dict:
-    """The keys of `chosen` and those groups, in order, with which there are at most so many."""
-    for group in groups:
-        if len(chosen | dict.fromkeys(group)) <= most:
-            chosen = chosen | dict.fromkeys(group)
-    return chosen
+    everything = ratio(posterior.draws)
+    draws = everything[:: -(-len(everything) // DRAWS)]
+    steps = np.sort(ratio([prior.quantiles(special.ndtr(t)) for t in (-1.0, 0.0, 1.0)]), axis=0)
+    unit = 0.5 * (steps[2] - steps[0])
+    names = star(posterior.names, np.concatenate([reference, np.ones(len(posterior.names) - n)]), equations)
+    ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(_CIRCLE)}
+    columns, rows = min(_COLUMNS, len(pairs)), -(-len(pairs) // _COLUMNS)
+    with style.figure(path, max(_PANEL * columns, 2.5 * _PANEL), (_PANEL + 0.08) * rows + 0.45) as figure:
+        panels = figure.subplots(rows, columns, squeeze=False)
+        beyond = np.zeros(len(found), dtype=int)
+        for panel, (i, j) in zip(panels.flat, pairs, strict=False):
+            both = [i, j]
+            centre, sd = draws[:, both].mean(axis=0), draws[:, both].std(axis=0)
+            low, high = centre - 3.2 * sd, centre + 3.2 * sd
+            if (sd / unit[both]).max() > _WIDE:
+                low = np.minimum(low, steps[1, both] - _REACH * unit[both])
+                high = np.maximum(high, steps[1, both] + _REACH * unit[both])
+            half = unit[both] * (0.5 * (high - low) / unit[both]).max()
+            low, high = 0.5 * (low + high) - half, 0.5 * (low + high) + half
+            contours(panel, draws[:, both])
+            panel.plot(ellipse[0][:, i], ellipse[1][:, j], **_EDGE)
+            for k, line in zip(both, (panel.axvline, panel.axhline), strict=True):
+                if k < n:
+                    line(1.0, color=style.TRUTH, lw=0.7)
+            for k, one in enumerate(found):
+                x, y = ((ratio(one.values)[:, both] - low) / (high - low)).T
+                beyond[k] += _draw_points(panel, one, x, y, one.good[:, both].all(axis=1), transform=panel.transAxes)
+            panel.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), box_aspect=1)
+            panel.set_xlabel(names[i], labelpad=1, fontsize=style.NAMES)
+            panel.set_ylabel(names[j], labelpad=1, fontsize=style.NAMES)
+            panel.set_title(rf"$\rho$ = {_signed(_correlation(everything[:, both])[0, 1], '+')}", fontsize=9)
+            panel.locator_params(nbins=3)
+            panel.tick_params(labelsize=7.5, pad=2)
+            panel.grid(visible=False)
+        for panel in panels.flat[len(pairs) :]:
+            panel.set_visible(False)
+        shown = [replace(one, good=one.good[:, np.unique(pairs)]) for one in found]
+        style.legend_above(figure, _handles(shown, beyond, word))
 
 
 def draw(
@@ -83,271 +133,185 @@ def draw(
     reference: np.ndarray,
     equations: Equations,
     *,
-    chosen: np.ndarray | None = None,
-    sets: Mapping[str, np.ndarray] | None = None,
-    null: Sequence[Mapping[str, float]] = (),
+    chosen: np.ndarray,
+    found: Sequence[Found] = (),
     word: str = "truth",
 ) -> None:
     """Joint marginals of coefficients as ratios to `reference` (n_coefficients,), by every so many draws.
 
-    `reference`: (n_coefficients,) values that count as one; `chosen`: (n,) positions; by default those of
-    :func:`trade_off_parameters`; `sets`: label -> (n_sets, n_coefficients) values to draw as points; `null`: null
-    directions, each coefficient -> change: lines through the posterior mean; `word`: what the reference is.
+    Below the diagonal a panel a pair, above it their correlations. `chosen`: (n,) positions; `found`: solutions to
+    draw as points, of which the first coefficients are those of the reference; `word`: what the reference is.
     """
-    chosen = trade_off_parameters(posterior, len(reference), null) if chosen is None else chosen
-    n, names = len(chosen), np.array(posterior.names)[chosen]
+    n, names = len(chosen), star(np.array(posterior.names)[chosen], reference[chosen], equations)
 
     def ratio(values):
         return ratios(values, reference, prior)[..., chosen]
 
-    draws = ratio(posterior.draws[:: -(-len(posterior.draws) // DRAWS)])
-    points = {label: ratio(np.reshape(values, (-1, len(reference)))) for label, values in (sets or {}).items()}
-    extent = np.vstack([np.quantile(draws, [0.001, 0.999], axis=0), *points.values(), np.ones((1, n))])
-    low, high = np.nanmin(extent, axis=0), np.nanmax(extent, axis=0)
-    panels = _Panels(low - 0.05 * (high - low), high + 0.05 * (high - low))
-    quantiles = ratio([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
-    unit = np.where(reference == 0.0, prior.sd[: len(reference)], reference)
-    with _figure(path, n) as axis:
-        draw_joint(axis, panels.place(draws))
-        _draw_marginals(axis, panels.place(draws), panels.place(quantiles))
-        angles, length = np.linspace(0.0, 2.0 * np.pi, 60), len(reference)
-        circle = [[prior.quantiles(special.ndtr(_RADIUS * t))[:length] for t in f(angles)] for f in (np.cos, np.sin)]
-        axis.plot(*panels.pairs(*ratio(circle)), **_CIRCLE)
-        for vector in null:
-            change = np.array([vector.get(name, 0.0) for name in names]) / unit[chosen]
-            _draw_line(axis, panels, draws.mean(axis=0), change)
-        _draw_reference(axis, panels, np.ones(n))
-        _draw_points(axis, panels, points)
-        titles = [
-            f"{name}\n{uncertain(value, sd)}"
-            for name, value, sd in zip(names, draws.mean(axis=0), draws.std(axis=0), strict=True)
-        ]
-        _label(axis, panels, star(names, reference[chosen], equations), titles)
-        _add_legend(axis, n, points, word, null=bool(null))
+    found = [replace(one, good=one.good[:, chosen]) for one in found]
+    draws = ratio(posterior.draws)
+    correlation, draws = _correlation(draws), draws[:: -(-len(draws) // DRAWS)]
+    low, high = np.quantile(draws, [0.001, 0.999], axis=0)
+    width = np.where(high > low, high - low, 1.0)
+    near = np.abs(1.0 - 0.5 * (low + high)) < 1.5 * width  # a reference that is far off does not stretch the axes
+    low, high = np.where(near, np.minimum(low, 1.0), low), np.where(near, np.maximum(high, 1.0), high)
+    low, high = low - 0.05 * width, high + 0.05 * width
 
+    def place(values):  # in units of panels, of which each is one wide with its gap
+        return (ratio(values) - low) / (high - low)
 
-def draw_directions(
-    path: Paths,
-    posterior: Posterior,
-    spectrum: Spectrum,
-    equations: Equations,
-    *,
-    before: np.ndarray,
-    reference: np.ndarray | None = None,
-    sets: Mapping[str, np.ndarray] | None = None,
-) -> None:
-    """Joint marginals along directions of the spectrum, all on one scale: prior standard deviations.
-
-    `posterior`: of the parameters of the spectrum, with the means and standard deviations of their prior; `before`:
-    (2, n_params) mean and sd along each direction where the data say nothing of it; `reference`: (n_params,) the truth,
-    if it is known; `sets`: label -> (n_sets, n_params) values to draw as points.
-    """
-    kinds = choose_directions(spectrum)
-    chosen = [k for _, _, members in kinds for k in members]
-    n, coordinates = len(chosen), spectrum.coordinates[chosen]
-
-    def along(values):
-        steps = (np.asarray(values) - posterior.prior_mean) / spectrum.prior_sd @ coordinates.T
-        return (steps - before[0, chosen]) / before[1, chosen]
-
-    draws = along(posterior.draws[:: -(-len(posterior.draws) // DRAWS)])
-    points = {label: along(np.reshape(values, (-1, len(posterior.names)))) for label, values in (sets or {}).items()}
-    panels = _Panels(np.full(n, -REACH), np.full(n, REACH))
-    colours = [colour for _, colour, members in kinds for _ in members]
-    words = [f"{kind} {k + 1}" for kind, _, members in kinds for k in members]
-    with _figure(path, n) as axis:
-        draw_joint(axis, panels.place(draws))
-        quantiles = np.repeat(special.ndtri(PRIOR_PROBABILITIES)[:, None], n, axis=1)
-        _draw_marginals(axis, panels.place(draws), panels.place(quantiles), colours)
-        angles = np.linspace(0.0, 2.0 * np.pi, 100)
-        circle = _RADIUS * np.stack([np.cos(angles), np.sin(angles)])[..., None].repeat(n, axis=2)
-        axis.plot(*panels.pairs(*circle), **_CIRCLE)
-        if reference is not None:
-            _draw_reference(axis, panels, along(reference))
-        _draw_points(axis, panels, points)
-        titles = [f"{word}\nsd {style.power(sd)}" for word, sd in zip(words, draws.std(axis=0), strict=True)]
-        names = []  # the two largest entries of each, one below the other
-        for k in chosen:
-            entries = list(spectrum.direction(k).items())[:2]
-            symbols = zip(entries, labels([name for name, _ in entries], equations), strict=True)
-            names.append("\n".join(f"{x:+.2f} {symbol}" for (_, x), symbol in symbols if abs(x) > 0.1))
-        _label(axis, panels, names, titles, colours)
-        _add_legend(axis, n, points, "" if reference is None else "truth", null=False)
-
-
-def choose_directions(spectrum: Spectrum) -> list[tuple[str, str, list[int]]]:
-    """Kind, colour and positions of directions: of each kind the first and the last."""
-    n, n_null, n_stiff = len(spectrum.names), spectrum.n_null, spectrum.n_informed
-    bounds = (
-        ("stiff", style.POSTERIOR, 0, n_stiff),
-        ("sloppy", style.WEAK, n_stiff, n - n_null),
-        ("null", style.NULL, n - n_null, n),
-    )
-    some = [(kind, colour, np.linspace(a, b - 1, min(_EACH, b - a))) for kind, colour, a, b in bounds if b > a]
-    return [(kind, colour, [int(k) for k in places]) for kind, colour, places in some]
-
-
-class _Panels:
-    """Limits (n,) of n panels, of which each is one unit wide with its gap."""
-
-    def __init__(self, low: np.ndarray, high: np.ndarray) -> None:
-        self.low, self.high = low, high
-
-    def place(self, values: np.ndarray) -> np.ndarray:
-        """Values (.., n) in units of their panels, of which they may be outside."""
-        return (values - self.low) / (self.high - self.low)
-
-    def pairs(self, across: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """x and y (.., n_pairs) of values (.., n) across and up, in every panel below the diagonal; nan outside."""
-        rows, columns = np.tril_indices(len(self.low), -1)
-        x, y = self.place(across)[..., columns], self.place(up)[..., rows]
-        outside = (x < 0.0) | (x > 1.0) | (y < 0.0) | (y > 1.0)
-        x, y = columns + SIDE * x, rows + SIDE * (1.0 - y)
-        return np.where(outside, np.nan, x), np.where(outside, np.nan, y)
-
-
-@contextmanager
-def _figure(path, n: int) -> Iterator[Axes]:
-    """The one axis of a figure for n panels on each side, with their frames."""
-    beside = 0.1 if n > 4 else 2.2  # where the legend stands
-    size = 0.82 * n + 1.3
-    with style.figure(path, size + beside, size, (0.85, 0.1 + beside, 0.85, 0.45)) as figure:
+    quantiles = place([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
+    circle = [place([prior.quantiles(special.ndtr(t)) for t in side]) for side in _CIRCLE]
+    beyond = [np.any(np.abs(place(one.values) - 0.5) > 0.5, axis=1).sum() for one in found]
+    handles = _handles(found, beyond, word)
+    words = [handle.get_label() for handle in handles]
+    side = float(np.clip(6.4 / n, 0.8, 1.25))
+    size = n * side
+    wide = size + 0.95
+    ncols = style.legend_columns(words, wide)
+    top = 0.2 + 0.17 * -(-len(words) // ncols)
+    with style.figure(path, wide, size + 0.6 + top, (0.85, 0.1, 0.6, top)) as figure:
         axis = figure.subplots()
         axis.set(frame_on=False)
         axis.grid(visible=False)
-        rows, columns = np.tril_indices(n)
-        corners = np.array([(0, 0), (SIDE, 0), (SIDE, SIDE), (0, SIDE)]) + np.stack([columns, rows], 1)[:, None]
-        axis.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors=style.TRUTH, linewidths=0.6))
-        yield axis
-        axis.set(xlim=(-0.005, n - GAP + 0.005), ylim=(n - GAP + 0.005, -0.005))  # here, since contours have set them
+        rows, columns = np.tril_indices(n, -1)
+        titles = [uncertain(value, sd) for value, sd in zip(draws.mean(axis=0), draws.std(axis=0), strict=True)]
+        draws = (draws - low) / (high - low)
+        for row, column in zip(rows, columns, strict=True):
+            contours(axis, np.stack([column + SIDE * draws[:, column], row + SIDE * (1.0 - draws[:, row])], axis=1))
+        _draw_marginals(axis, draws, quantiles)
+        x, y = circle[0][:, columns], circle[1][:, rows]
+        inside = (np.abs(x - 0.5) < 0.5) & (np.abs(y - 0.5) < 0.5)
+        x, y = (np.where(inside, at, np.nan) for at in (columns + SIDE * x, rows + SIDE * (1.0 - y)))
+        axis.plot(x, y, **_EDGE)
+        _draw_correlations(axis, correlation)
+        _draw_reference(axis, (1.0 - low) / (high - low))
+        for one in found:
+            points, good = place(one.values), one.good
+            at = np.stack([columns, rows])[:, None].repeat(len(points), axis=1)
+            _draw_points(axis, one, points[:, columns], points[:, rows], good[:, columns] & good[:, rows], at)
+        _frame(axis, low, high, names, titles)
+        figure.legend(handles, words, loc="upper center", ncols=ncols, fontsize=8, borderaxespad=0.2)
 
 
-def draw_joint(axis: Axes, draws: np.ndarray) -> None:
-    """Draw the contours that hold 50 and 90 % of draws (n_draws, n), in units of panels, for each pair.
+def _correlation(draws: np.ndarray) -> np.ndarray:
+    """(n, n) of draws (n_draws, n), zero with what is constant."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.nan_to_num(np.atleast_2d(np.corrcoef(draws.T)))
 
-    The cells divide the draws and not the panel, so that a narrow cloud has a contour too.
+
+def _signed(value: float, sign: str = "") -> str:
+    return f"{value:{sign}.2f}".replace("-", "\u2212")
+
+
+def contours(axis: Axes, points: np.ndarray) -> None:
+    """Fill what holds 50 and 90 % of points (n, 2); nothing if one of the two is constant.
+
+    The cells are those of the cloud by its own standard deviations and correlation, so that a blade has a contour too.
     """
-    hist2d = _hist2d()
-    low, high = np.quantile(draws, [0.001, 0.999], axis=0)
-    low, high = low - 0.05 * (high - low), high + 0.05 * (high - low)
-    is_line = high - low < _LINE
-    for row, column in zip(*np.tril_indices(draws.shape[1], -1), strict=True):
-        hist2d(
-            column + SIDE * draws[:, column],
-            row + SIDE * (1.0 - draws[:, row]),
-            ax=axis,
-            bins=_CELLS,
-            range=[
-                (column + SIDE * low[column], column + SIDE * high[column]),
-                (row + SIDE * (1.0 - high[row]), row + SIDE * (1.0 - low[row])),
-            ],
-            smooth=_SMOOTHING,
-            levels=SHARES,
-            plot_datapoints=False,
-            plot_density=False,
-            no_fill_contours=True,
-            fill_contours=True,
-            contourf_kwargs={"colors": ["none", _PALE, style.POSTERIOR]},
-            contour_kwargs={"colors": style.POSTERIOR, "linewidths": 3.0 if is_line[row] or is_line[column] else 1.0},
-        )
+    centre, sd = points.mean(axis=0), points.std(axis=0)
+    if not np.all(sd > 1e-12 * np.abs(centre)):
+        return
+    scaled = (points - centre) / sd
+    rho = np.mean(scaled[:, 0] * scaled[:, 1])
+    factor = np.array([[1.0, 0.0], [rho, max(np.sqrt(max(1.0 - rho**2, 0.0)), 1e-6)]])
+    own = np.linalg.solve(factor, scaled.T)
+    edges = np.linspace(-_CLOUD, _CLOUD, _CELLS + 1)
+    density = ndimage.gaussian_filter(np.histogram2d(own[0], own[1], [edges, edges])[0], _SMOOTHING)
+    ordered = np.sort(density.ravel())[::-1]
+    levels = [ordered[np.searchsorted(np.cumsum(ordered), share * ordered.sum())] for share in SHARES[::-1]]
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    grid = factor @ np.stack(np.meshgrid(middles, middles, indexing="ij")).reshape(2, -1)
+    x, y = (centre[:, None] + sd[:, None] * grid).reshape(2, _CELLS, _CELLS)
+    if levels[0] < levels[1] < ordered[0]:
+        axis.contourf(x, y, density, [*levels, 1.01 * ordered[0]], colors=[_PALE, style.POSTERIOR])
+        axis.contour(x, y, density, levels, colors=style.POSTERIOR, linewidths=0.9)
 
 
-def _draw_marginals(axis, draws, quantiles, colours=None) -> None:
-    """Histogram of draws (n_draws, n) and the prior, by quantiles at PRIOR_PROBABILITIES, in units of panels.
-
-    With `colours` the histograms are filled, and each as high as its prior: their widths compare, not their heights.
-    """
+def _draw_marginals(axis, draws, quantiles) -> None:
+    """Densities of draws (n_draws, n) and of the prior, by its quantiles at PRIOR_PROBABILITIES, in units of panels."""
     for k, (values, prior) in enumerate(zip(draws.T, quantiles.T, strict=True)):
-        low, high = np.quantile(values, [0.0005, 0.9995])
-        edges = np.linspace(low, high, _BINS + 1) if colours else np.linspace(0, 1, _BINS)
-        heights = np.histogram(values, edges, density=True)[0]
+        counts, edges = np.histogram(values, _BINS, (0.0, 1.0), density=True)
+        heights = ndimage.gaussian_filter1d(counts, 1.2)
+        middles = 0.5 * (edges[1:] + edges[:-1])
         places, density = prior_density(prior)
         inside = (places > 0.0) & (places < 1.0)
-        scale = [1.0 / max(heights.max(), density.max(initial=0.0))] * 2
-        if colours:
-            scale = [1.0 / heights.max(), 1.0 / density.max()]
-        heights, density = (SIDE / 1.1 * s * h for s, h in zip(scale, (heights, density), strict=True))
-        bottom = k + SIDE
-        look = {"color": style.POSTERIOR} if colours is None else {"fc": colours[k], "ec": colours[k], "fill": True}
-        width = 3.0 if np.ptp(edges) < _LINE else 1.2
-        axis.stairs(bottom - heights, k + SIDE * edges, baseline=bottom, lw=width, **look)
-        axis.plot(k + SIDE * places[inside], bottom - density[inside], **style.PRIOR_LINE)
+        scale, bottom = 0.8 * SIDE / max(heights.max(), density[inside].max(initial=0.0)), k + SIDE
+        look = {"fc": _PALE, "ec": style.POSTERIOR, "lw": 1.0}
+        axis.fill_between(k + SIDE * middles, bottom - scale * heights, bottom, where=heights > 0.0, **look)
+        axis.plot(k + SIDE * places[inside], bottom - scale * density[inside], **style.PRIOR_LINE)
 
 
-def _draw_line(axis, panels, through, change) -> None:
-    """A null direction `change` (n,), in every panel of two of its entries, through a point (n,)."""
-    rows, columns = np.tril_indices(len(change), -1)
-    both = (change[rows] != 0.0) & (change[columns] != 0.0)
-    for pair in np.stack([columns, rows], axis=1)[both]:
-        ends = np.sort([(edge[pair] - through[pair]) / change[pair] for edge in (panels.low, panels.high)], axis=0)
-        steps = np.array([ends[0].max(), ends[1].min()])[:, None]
-        x, y = ((through[pair] + steps * change[pair] - panels.low[pair]) / (panels.high - panels.low)[pair]).T
-        axis.plot(pair[0] + SIDE * x, pair[1] + SIDE * (1.0 - y), color=style.NULL, lw=1.8)
+def _draw_correlations(axis, correlation) -> None:
+    """Numbers above the diagonal, on their colours."""
+    for row, column in zip(*np.triu_indices(len(correlation), 1), strict=True):
+        rho = correlation[row, column]
+        corners = _CORNERS + np.array([column, row])
+        axis.add_collection(PolyCollection([corners], fc=style.CORRELATION(0.5 + 0.5 * rho), lw=0))
+        look = {"ha": "center", "va": "center", "fontsize": 9.0, "color": style.on_colour(rho)}
+        axis.text(column + 0.5 * SIDE, row + 0.5 * SIDE, _signed(rho), look)
 
 
-def _draw_reference(axis, panels, values) -> None:
-    """Lines at values (n,)."""
-    place = panels.place(values)
-    seen = (place >= 0.0) & (place <= 1.0)
-    rows, columns = np.tril_indices(len(place))
-    upright, level = seen[columns], seen[rows] & (rows != columns)
-    axis.vlines((columns + SIDE * place[columns])[upright], rows[upright], (rows + SIDE)[upright], "k", lw=0.7)
-    axis.hlines((rows + SIDE * (1 - place[rows]))[level], columns[level], (columns + SIDE)[level], "k", lw=0.7)
+def _draw_reference(axis, place) -> None:
+    """Lines at places (n,) in units of panels, down and to the left, from below the title of a marginal."""
+    for k in np.flatnonzero((place >= 0.0) & (place <= 1.0)):
+        axis.vlines(k + SIDE * place[k], k + 0.16, len(place) - GAP, color=style.TRUTH, lw=0.7)
+        axis.hlines(k + SIDE * (1.0 - place[k]), 0.0, max(k - GAP, 0.0), color=style.TRUTH, lw=0.7)
 
 
-def _draw_points(axis, panels, points) -> None:
-    for values, (marker, colour) in zip(points.values(), MARKS.values(), strict=False):
-        x, y = panels.pairs(values, values)
-        axis.plot(x.ravel(), y.ravel(), marker, ms=3.8, mec="white", mew=0.4, color=colour)
+def _draw_points(axis, one, x, y, good, at=None, **look) -> int:
+    """Points in units of panels, hollow where they are not good, and arrows at the edge for those beyond; their number.
+
+    `at` (2, ..): column and row of the panel of each, or None if the axis is the panel.
+    """
+    x, y, good = np.ravel(x), np.ravel(y), np.ravel(good)
+    sides = np.stack([-x, x - 1.0, -y, y - 1.0])
+    kinds = np.where(sides.max(axis=0) > 0.0, sides.argmax(axis=0), 4)
+    across, up = np.clip(x, 0.04, 0.96), np.clip(y, 0.04, 0.96)
+    if at is not None:
+        column, row = at.reshape(2, -1)
+        across, up = column + SIDE * across, row + SIDE * (1.0 - up)
+    for kind, marker in enumerate(("<", ">", "v", "^", one.marker)):
+        for some, face in ((good, one.colour), (~good, "none")):
+            shown = (kinds == kind) & some & np.isfinite(x + y)
+            if shown.any():
+                edge = "white" if face != "none" else one.colour
+                size = {"ms": 4.2, "mew": 0.5 if face != "none" else 0.9, "mec": edge, "mfc": face, "ls": ""}
+                axis.plot(across[shown], up[shown], marker, **size, **look, zorder=4)
+    return int(np.count_nonzero(kinds < 4))
 
 
-def _label(axis, panels, names, titles, colours=None) -> None:
-    """Ticks and names at the left and below, titles above the diagonal."""
-    n, colours = len(names), colours or [style.TRUTH] * len(names)
-    locator = MaxNLocator(3)
-    limits = list(zip(panels.low, panels.high, strict=True))
-    ticks = [[t for t in locator.tick_values(a, b) if 0.05 < (t - a) / (b - a) < 0.95] for a, b in limits]
-    places = [SIDE * (np.array(t) - a) / (b - a) for t, (a, b) in zip(ticks, limits, strict=True)]
-    words = [[f"{t:.6g}" for t in values] for values in ticks]
-    axis.set_xticks(np.concatenate([k + p for k, p in enumerate(places)]), [*chain(*words)], rotation=45)
+def _frame(axis, lows, highs, names, titles) -> None:
+    """Frames of the panels, ticks and names at the left and below, titles within the diagonal."""
+    n, locator = len(names), MaxNLocator(3)
+    rows, columns = np.tril_indices(n)
+    corners = _CORNERS + np.stack([columns, rows], axis=1)[:, None]
+    axis.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors=style.TRUTH, linewidths=0.6))
+    axis.set(xlim=(-0.005, n - GAP + 0.005), ylim=(n - GAP + 0.005, -0.005))  # contours have set them
+    places, words = [], []
+    for low, high in zip(lows, highs, strict=True):
+        ticks = [t for t in locator.tick_values(low, high) if 0.12 < (t - low) / (high - low) < 0.88]
+        texts = [f"{t:.5g}" for t in ticks]
+        some = slice(None, None, 2 if len(ticks) > 2 and max(map(len, texts)) > 3 else 1)
+        places.append(SIDE * (np.array(ticks[some]) - low) / (high - low))
+        words.append(texts[some])
+    axis.set_xticks(np.concatenate([k + p for k, p in enumerate(places)]), [*chain(*words)])
     heights = np.concatenate([np.empty(0), *(k + SIDE - p for k, p in enumerate(places) if k)])
-    axis.set_yticks(heights, [*chain(*words[1:])], rotation=45)
-    axis.tick_params(labelsize=8)
-    size = style.NAMES - 2.0 * any("\n" in name for name in names)
-    for k, (name, title, colour) in enumerate(zip(names, titles, colours, strict=True)):
-        text = {"color": colour, "ha": "center", "va": "center", "fontsize": size}
-        axis.text(k + 0.5 * SIDE, n + 0.58, name, text)
-        axis.text(k + 0.5 * SIDE, k - 0.04, title, text | {"va": "bottom", "fontsize": 7.5}, linespacing=1.05)
+    axis.set_yticks(heights, [*chain(*words[1:])])
+    axis.tick_params(labelsize=7.5, pad=2)
+    offset = {"textcoords": "offset points", "ha": "center", "fontsize": style.NAMES}
+    for k, (name, title) in enumerate(zip(names, titles, strict=True)):
+        axis.annotate(name, (k + 0.5 * SIDE, n - GAP), (0, -26), va="center", **offset)
+        axis.annotate(title, (k + 0.5 * SIDE, k), (0, -2), va="top", **offset | {"fontsize": 7.5})
         if k:
-            axis.text(-0.66, k + 0.5 * SIDE, name, text, rotation=90)
+            axis.annotate(name, (0, k + 0.5 * SIDE), (-46, 0), rotation=90, va="center", **offset)
 
 
-def _add_legend(axis, n: int, points, word: str, *, null: bool) -> None:
-    """In the empty triangle, or beside a small figure."""
-    handles = [
+def _handles(found, beyond, word: str) -> list:
+    """Of a legend; `beyond`: how many points of each baseline are drawn at an edge."""
+    return [
         Patch(color=style.POSTERIOR, label="posterior, 50 %"),
         Patch(color=_PALE, label="posterior, 90 %"),
         Line2D([], [], **style.PRIOR_LINE, label="prior, 90 %"),
+        Line2D([], [], color=style.TRUTH, lw=0.9, label=word),
+        *found_handles(found, beyond),
     ]
-    if word:
-        handles.append(Line2D([], [], color=style.TRUTH, lw=0.9, label=word))
-    if null:
-        handles.append(Line2D([], [], color=style.NULL, lw=1.8, label="null direction"))
-    for label, (marker, colour) in zip(points, MARKS.values(), strict=False):
-        handles.append(Line2D([], [], ls="", marker=marker, ms=6, color=colour, label=label))
-    loc, corner = ("upper right", (1.0, 1.0)) if n > 4 else ("upper left", (1.02, 1.0))
-    axis.legend(handles=handles, fontsize=9 if n > 4 else 8, loc=loc, bbox_to_anchor=corner)
-
-
-@functools.cache
-def _hist2d() -> Any:
-    """The contours of corner, without ArviZ, which corner imports for chains of ArviZ and which takes two seconds."""
-    absent = "arviz" not in sys.modules
-    if absent:
-        sys.modules["arviz"] = None  # type: ignore[assignment]  # so that an import of it fails
-    try:
-        import corner  # here, since it imports pyplot
-    finally:
-        if absent:
-            del sys.modules["arviz"]
-    return corner.hist2d

@@ -24,14 +24,14 @@ def draw(
 ) -> None:
     """Intervals above, a row a quantity, each from 5 to 95 % of the prior; below them the spiral curve and roots.
 
-    `rows`: of each label, words of the posterior's interval, prior_words of the ends of the prior's, reference or None,
+    `rows`: of each label, words of the posterior's interval, prior_words of the prior's, reference or None,
     and quantiles q5 q25 median q75 q95 of the prior and the posterior; `spiral`: rates of turn (m,), rad/s, and by
     "reference", "prior" and "posterior" the rudder (n, m), rad; or None; `roots`: plane -> by the same names roots (n,
     k), 1/s; `word`: what the reference is.
     """
     panels = ([] if spiral is None else ["spiral"]) + list(roots)
     heights = [0.26 * len(rows) + 0.5] * bool(rows) + [2.7] * bool(panels)
-    with style.figure(path, 7.4, sum(heights) + 0.45) as figure:
+    with style.figure(path, 8.6, sum(heights) + 0.45) as figure:
         parts = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
         panel: Any = None  # whose legend is that of the figure
         if rows:
@@ -49,14 +49,11 @@ def draw(
 
 def _intervals(panel, rows, word) -> None:
     """Each row on a scale of its own, on which the prior's 90 % go from zero to one."""
-    end = {"fontsize": 7.5, "va": "center", "color": "#555555"}
     for y, row in enumerate(rows):
         low, width = row["prior"]["q5"], row["prior"]["q95"] - row["prior"]["q5"]
         q5, q25, median, q75, q95 = ((row["posterior"][q] - low) / width for q in ("q5", "q25", "median", "q75", "q95"))
         named = {} if y else {"bar": "prior, 90 %", "line": "posterior, 90 %", "core": "posterior, 50 %", "tick": word}
         panel.barh(y, 1.0, 0.8, color=style.PRIOR, alpha=0.55, label=named.get("bar"))
-        panel.text(-0.015, y, row["prior_words"][0], ha="right", **end)
-        panel.text(1.015, y, row["prior_words"][1], ha="left", **end)
         if row["reference"] is not None:
             place = (row["reference"] - low) / width
             panel.plot(place, y, "|", color=style.TRUTH, ms=12, mew=1.0, label=named.get("tick"), zorder=2)
@@ -71,7 +68,8 @@ def _intervals(panel, rows, word) -> None:
     panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), ylim=(len(rows) - 0.4, -0.6), xticks=[0.0, 1.0])
     panel.set_xticklabels(["5 % of the prior", "95 % of the prior"])
     panel.set_yticks(range(len(rows)), [row["label"] for row in rows])
-    style.write_beside(panel, range(len(rows)), [row["words"] for row in rows], "posterior, 5 to 95 %")
+    words = [f"{row['words']}  (before {row['prior_words']})" for row in rows]
+    style.write_beside(panel, range(len(rows)), words, "90 % of the posterior")
     panel.grid(axis="y", visible=False)
 
 

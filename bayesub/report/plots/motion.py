@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
 
 from bayesub.findings.predicted_trial import PredictedMotion
 from bayesub.io.words import with_unit
@@ -32,7 +33,7 @@ class Drawn:
     label: str
     colour: str
     motion: PredictedMotion
-    probabilities: tuple[float, ...] = (0.9, 0.5)  # of its bands, widest first; of none it is a line
+    probabilities: tuple[float, ...] = (0.9, 0.5)  # of its bands, widest first; without any it is a line
     is_framed: bool = True  # whether differences are shown, and whole. Of others only lines are, cut where these end
     # Place of its line among so many. All but the first are dashed, each in its turn, so that all are seen where they
     # are the same:
@@ -40,8 +41,9 @@ class Drawn:
 
     @property
     def labels(self) -> list[str]:
-        """Of its bands, or of its line."""
-        return [f"{self.label}, {100 * probability:g} %" for probability in self.probabilities] or [self.label]
+        """Of its bands, the last with the line of the median, or of its line."""
+        *others, last = [f"{self.label}, {100 * probability:g} %" for probability in self.probabilities] or [self.label]
+        return [*others, f"{last}, median" if self.probabilities else last]
 
     @property
     def line(self) -> dict:
@@ -68,7 +70,7 @@ def draw_states(
     """
     base = next(one.motion for one in drawn if one.label == of)
     with style.figure(path, 9.0, 1.6 + 1.25 * (len(states) + 1)) as figure:
-        rows = figure.subplots(len(states) + 1, 2, squeeze=False, sharex=True)
+        rows = figure.subplots(len(states) + 1, 2, squeeze=False, sharex=True, width_ratios=[1.0, 1.6])
         for (left, right), name in zip(rows, states, strict=False):
             k, factor = log_files.STATES.index(name), 1.0 / log_files.si_factor(name)
             shown: dict[Axes, list[np.ndarray]] = {left: [], right: []}
@@ -95,9 +97,19 @@ def draw_states(
         rows[-2, 1].tick_params(labelbottom=True)
         for axis in (orders, rows[-2, 1]):
             axis.set_xlabel("time (s)")
-        handles, labels = rows[0, 0].get_legend_handles_labels()
-        columns = style.legend_columns(labels, figure.get_figwidth())
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8)
+        _add_legend(figure, rows[0, 0], drawn)
+
+
+def _add_legend(figure, axis, drawn: Sequence[Drawn]) -> None:
+    """Below all: bands and lines, the median's over the band that it is in."""
+    shown = dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
+    medians = {
+        one.labels[-1]: (shown[one.labels[-1]], Line2D([], [], **one.line)) for one in drawn if one.probabilities
+    }
+    handles = [medians.get(label, shown[label]) for one in drawn for label in one.labels]
+    labels = [label for one in drawn for label in one.labels]
+    columns = style.legend_columns(labels, figure.get_figwidth())
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8)
 
 
 def _draw_bands(axis, one: Drawn, k: int, factor: float, centre) -> list[np.ndarray]:
@@ -140,10 +152,7 @@ def draw_track(path: Paths, drawn: Sequence[Drawn]) -> None:
             axis.invert_yaxis()
         axis.set_xlabel("east (m)" if turns else "north (m)")
         axis.set_ylabel("north (m)" if turns else "depth (m)")
-        by_label = {handle.get_label(): handle for handle in axis.get_legend_handles_labels()[0]}
-        handles = [by_label[label] for label in labels]
-        columns = style.legend_columns(labels, figure.get_figwidth())
-        figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8)
+        _add_legend(figure, axis, drawn)
 
 
 def _draw_region(axis, region, colour, label) -> None:

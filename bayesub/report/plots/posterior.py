@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
 
 from bayesub.io.words import with_unit
 from bayesub.report.plots import style
@@ -19,8 +21,11 @@ if TYPE_CHECKING:  # they load a sampler and searches
     from bayesub.inference.sampling import Posterior
 
 STRONG = 0.3  # correlation of what is drawn
+NUMBERS = 0.5  # correlation from which its number is written
 FEW = 6  # parameters that are all drawn
 ROWS = 60  # that can be read below each other
+MOST = 30  # parameters of one map
+_CELL, _BLOCK = 0.29, 3.3  # inches, of a map: a cell, and one of several maps with its names
 _LEFT, _RIGHT, _BOTTOM, _TOP, _ROW = 1.6, 0.1, 0.5, 0.35, 0.22  # inches, of a figure of rows
 
 
@@ -33,24 +38,60 @@ def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[st
     return [names[k] for k in members.tolist()], correlation[np.ix_(members, members)]
 
 
+def clustered(names: Sequence[str], correlation: np.ndarray, equations: Equations) -> list[np.ndarray]:
+    """Positions of the parameters of each axis, and of others, those that are correlated beside each other."""
+    from scipy.cluster import hierarchy
+
+    groups = np.split(np.arange(len(names)), borders(names, equations))
+    for k, group in enumerate(groups):
+        if len(group) > 2:
+            apart = 1.0 - np.minimum(np.abs(correlation[np.ix_(group, group)]), 1.0)[np.triu_indices(len(group), 1)]
+            groups[k] = group[hierarchy.leaves_list(hierarchy.linkage(apart, "average", optimal_ordering=True))]
+    return groups
+
+
 def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray, equations: Equations) -> None:
-    """Heat map of the correlations (n, n) of parameters that have strong ones; `equations` are the coefficients'."""
+    """Heat map of the correlations (n, n) of parameters that have strong ones; `equations` are the coefficients'.
+
+    Of many parameters the whole has axes for names, and a block an axis beside it.
+    """
     names, correlation = strong_block(names, correlation)
-    n = len(names)
-    size = max(4.5, 0.27 * n + 1.6)
-    margins = (0.75, 0.7, 0.75, 0.1) if all(name in equations.index for name in names) else None
-    with style.figure(path, size + 0.8, size, margins) as figure:
-        axis = figure.subplots()
-        image = axis.imshow(correlation, cmap="RdBu_r", vmin=-1, vmax=1)
-        words = labels(names, equations)
-        axis.set_xticks(range(n), words, rotation=90, fontsize=style.NAMES)
-        axis.set_yticks(range(n), words, fontsize=style.NAMES)
-        axis.grid(visible=False)
-        axis.spines[:].set_visible(False)
-        for k in borders(names, equations):
-            axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
-            axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
-        figure.colorbar(image, ax=axis, shrink=0.8, fraction=0.04, pad=0.03, label="posterior correlation")
+    groups = clustered(names, correlation, equations)
+    whole, blocks = np.concatenate(groups), [group for group in groups if len(group) > 1]
+    shown = [whole, *blocks] if len(names) > MOST else [whole]
+    rows = 2 if len(shown) > 1 else 1
+    columns = -(-len(shown) // rows)
+    size = _BLOCK if rows > 1 else max(3.6, _CELL * len(names) + 0.9)
+    with style.figure(path, size * columns + 1.2, size * rows) as figure:
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for panel, members in zip(panels, shown, strict=False):
+            some = [names[k] for k in members]
+            image = _draw_map(panel, some, correlation[np.ix_(members, members)], equations)
+        for panel in panels[len(shown) :]:
+            panel.set_visible(False)
+        figure.colorbar(image, ax=[*panels], shrink=0.6, pad=0.02, label="posterior correlation")
+
+
+def _draw_map(axis, names, correlation, equations) -> AxesImage:
+    """One map, with numbers where a correlation is large; of many parameters with axes in place of names."""
+    n, ends = len(names), [0, *borders(names, equations), len(names)]
+    axis.grid(visible=False)
+    axis.spines[:].set_visible(False)
+    for k in ends[1:-1]:
+        axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
+        axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
+    places, words = np.arange(n), labels(names, equations)
+    if n > MOST:
+        places = np.array([0.5 * (a + b - 1) for a, b in pairwise(ends)])
+        words = [equations.term(names[k]).axis if names[k] in equations.index else "" for k in ends[:-1]]
+    axis.set_xticks(places, words, rotation=90, fontsize=style.NAMES)
+    axis.set_yticks(places, words, fontsize=style.NAMES)
+    for row, column in np.argwhere((np.abs(correlation) >= NUMBERS) & ~np.eye(n, dtype=bool) & (n <= MOST)):
+        rho = correlation[row, column]
+        look = {"ha": "center", "va": "center", "fontsize": 6.5, "color": style.on_colour(rho)}
+        axis.text(column, row, f"{rho:.2f}".replace("0.", ".").replace("-", "\u2212"), look)
+    others = np.where(np.eye(n, dtype=bool), np.nan, correlation)
+    return axis.imshow(others, cmap=style.CORRELATION, vmin=-1, vmax=1)
 
 
 def draw_nuisance(path: Paths, posterior: Posterior, prior: Prior, reference: np.ndarray, n_coefficients: int) -> None:

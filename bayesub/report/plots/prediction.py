@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from bayesub.inference.checks.prediction import Prediction
 from bayesub.io.words import with_unit
@@ -12,6 +13,7 @@ from bayesub.report.plots.style import Paths
 from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label, without_gaps
 
 _FAN = ((0.05, 0.95, 0.45), (0.25, 0.75, 0.9))  # lower and upper quantile, opacity
+_POINTS = 120  # of a line or a band, at most
 _BANDS = {0.9: 0.3, 0.5: 0.45}  # probability, opacity
 
 
@@ -27,9 +29,11 @@ def draw_fan(
     ends = np.cumsum([len(channel.times) for channel in channels])
     with style.figure(path, 9.0, max(3.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic([["track", c.name] for c in channels], width_ratios=[1.0, 1.15])
-        _draw_tracks(axes["track"], *tracks)
+        draw_tracks(axes["track"], *(some[:, :: -(-some.shape[1] // _POINTS)] for some in tracks))
+        last = max(channel.times[-1] for channel in channels)
         for channel, end in zip(channels, ends, strict=True):
             _draw_channel(axes[channel.name], channel, prior, posterior, slice(end - len(channel.times), end))
+            axes[channel.name].set_xlim(-0.02 * last, 1.02 * last)
             axes[channel.name].tick_params(labelbottom=channel is channels[-1])
         axes[channels[0].name].set_title("readings and bands without noise", fontsize=9)
         axes[channels[-1].name].set_xlabel("time (s)")
@@ -39,7 +43,9 @@ def draw_fan(
 
 def _draw_channel(axis, channel, prior, posterior, part) -> None:
     label, factor = axis_label(channel)
-    for k, some in enumerate(without_gaps(channel.times)):
+    for k, part_of_channel in enumerate(without_gaps(channel.times)):
+        places = np.arange(len(channel.times))[part_of_channel]
+        some = places[:: -(-len(channel.times) // _POINTS)]
         times = channel.times[some]
         for low, high, alpha in _FAN:
             band = factor * np.quantile(prior[:, part][:, some], [low, high], axis=0)
@@ -53,7 +59,7 @@ def _draw_channel(axis, channel, prior, posterior, part) -> None:
     axis.set_ylabel(label)
 
 
-def _draw_tracks(axis, prior, posterior) -> None:
+def draw_tracks(axis: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
     """From above, or of a straight track from aside."""
     from_aside = np.ptp(posterior[0, :, Y]) <= STRAIGHT * np.ptp(posterior[0, :, X])
     for tracks, colour, width in ((prior, style.PRIOR, 0.8), (posterior, style.POSTERIOR, 1.0)):
@@ -81,7 +87,7 @@ def draw_unseen(path: Paths, channels: Sequence, predictions: Mapping[str, Predi
     lines = {"prior mean": style.LINEAR, "SQP": style.SQP}
     lines = {by: colour for by, colour in lines.items() if by in predictions and predictions[by].is_flown}
     with style.figure(path, 9.0, 1.0 + 1.5 * len(channels)) as figure:
-        rows = figure.subplots(len(channels), 2, squeeze=False, sharex=True)
+        rows = figure.subplots(len(channels), 2, squeeze=False, sharex=True, width_ratios=[1.0, 1.6])
         for (left, right), channel in zip(rows, channels, strict=True):
             part = posterior.slices[channel.name]
             factor = 1.0 / log_files.si_factor(channel.quantity)

@@ -25,9 +25,10 @@ NULL = "#CC79A7"
 VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
 PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
+CORRELATION = mpl.colormaps["RdBu_r"].resampled(61)  # few enough colours for the palette of a PNG, letters included
 NAMES = 10.0  # size of the names of coefficients
 
-_COLOURS, _EXACT = 256, 64  # of a PNG, and those among them that keep their value
+_COLOURS, _EXACT, _WHITE = 256, 100, 0xFFFFFF  # of a PNG, and those among them that keep their value
 _PARSERS: dict[str, Any] = {}  # one for all PNGs: what one has set in a size the next need not parse
 _COMPRESSION = 8  # level 9 takes twice as long and saves a twentieth
 _SETTINGS: dict[Any, Any] = {
@@ -80,7 +81,15 @@ def legend_column(labels: Sequence[str]) -> float:
 
 def legend_columns(labels: Sequence[str], width: float) -> int:
     """How many columns of a legend fit a figure of that width, inches: four at most."""
-    return min(4, max(1, int(width / legend_column(labels))))
+    parts = ((n, np.array_split(labels, n)) for n in range(min(4, len(labels)), 1, -1))
+    return next((n for n, some in parts if sum(legend_column(part.tolist()) for part in some) < width), 1)
+
+
+def legend_above(figure: Figure, handles: Sequence[Any]) -> None:
+    """The legend of a figure, above all, in as many columns as there is room for."""
+    words = [handle.get_label() for handle in handles]
+    columns = legend_columns(words, figure.get_figwidth())
+    figure.legend(handles, words, loc="outside upper center", ncols=columns, fontsize=8)
 
 
 def plain(text: str) -> str:
@@ -94,6 +103,11 @@ def power(value: float) -> str:
         return f"{value:.2g}"
     mantissa, exponent = f"{value:.0e}".split("e")
     return rf"${mantissa}\times10^{{{int(exponent)}}}$"
+
+
+def on_colour(correlation: float) -> str:
+    """The colour of a text on that of a correlation."""
+    return "white" if abs(correlation) > 0.72 else TRUTH
 
 
 def show_whole(axis: Axes, values: np.ndarray) -> None:
@@ -110,12 +124,12 @@ def shade_warm_up(axis: Axes, warm_up: float) -> None:
 
 
 def write_beside(axis: Axes, rows: Sequence[int] | np.ndarray, words: Sequence[str], title: str) -> None:
-    """A word at the right of each row, and what they are."""
+    """A word at the right of each row, and above them what they are."""
     right = axis.secondary_yaxis("right")
     right.set_yticks(rows, words, fontsize=8)
     right.tick_params(length=0)
     right.spines[:].set_visible(False)
-    right.set_ylabel(title, fontsize=8)
+    axis.annotate(title, (1.0, 1.0), (3.5, 1), "axes fraction", "offset points", fontsize=8, va="bottom")
 
 
 def look_from_above(axis: Axes, start: np.ndarray) -> None:
@@ -171,12 +185,15 @@ def save(drawing: Figure, path: Paths) -> None:
 def quantise(picture: Image.Image) -> Image.Image:
     """A picture with a palette of 256 colours, a third of the size of one in full colour.
 
-    The commonest colours keep their value. The others are divided by how much they differ and not by how common they
-    are, so that the gradient of a colour bar has no steps.
+    The colours of areas keep their value, the largest first, which edges of letters are not. The others are divided by
+    how much they differ and not by how common they are, so that the gradient of a colour bar has no steps.
     """
-    picture = picture.convert("RGB")
-    counts = sorted(picture.getcolors(picture.width * picture.height) or [], reverse=True)
+    code = _code(np.asarray(picture.convert("RGB")))
+    area = (code[:, 1:-1] == code[:, :-2]) & (code[:, 1:-1] == code[:, 2:]) & (code[:, 1:-1] != _WHITE)
+    sizes = {_WHITE: code.size} | dict(zip(*np.unique(code[:, 1:-1][area], return_counts=True), strict=True))
+    counts = picture.convert("RGB").getcolors(code.size) or []
     colours = np.array([colour for _, colour in counts], dtype=np.uint8)
+    colours = colours[np.argsort([-sizes.get(one, 0) for one in _code(colours)], kind="stable")]
     palette, places = colours[:_COLOURS], np.arange(len(colours))
     if len(colours) > _COLOURS:
         others = Image.fromarray(colours[None, _EXACT:]).quantize(_COLOURS - _EXACT, dither=Image.Dither.NONE)
@@ -184,7 +201,7 @@ def quantise(picture: Image.Image) -> Image.Image:
         places[_EXACT:] = _EXACT + np.asarray(others)[0]
     table = np.empty(1 << 24, dtype=np.uint8)  # place in the palette of each colour there is
     table[_code(colours)] = places
-    result = Image.fromarray(table[_code(np.asarray(picture))])
+    result = Image.fromarray(table[code])
     result.putpalette(palette.tobytes())
     return result
 

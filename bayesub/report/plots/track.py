@@ -1,4 +1,4 @@
-"""A trial: its track and orders, the residuals of its readings, and the forces that the equations leave out."""
+"""A trial: its orders, a simulated one with its track, and the forces that the equations leave out."""
 
 from collections.abc import Mapping
 from itertools import cycle, pairwise
@@ -23,61 +23,6 @@ _BANDS = ((0.05, 0.95, 0.25), (0.25, 0.75, 0.45))  # quantiles of inferred force
 _NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
-def draw(
-    path: Paths,
-    record: Any,
-    predicted: np.ndarray,
-    tracks: np.ndarray,
-    truth: tuple[np.ndarray, np.ndarray] | None = None,
-) -> None:
-    """Track from above, and below it from aside if the boat dives; the residual of every channel against time.
-
-    `record`: the readings; `predicted`: (n_draws, n_readings) noise-free readings of draws from the posterior, SI
-    units; `tracks`: (n_draws, n_times, 12) states over the ground of some draws; `truth`: true readings (n_readings,)
-    and states (n_times, 12), or None.
-    """
-    channels = record.channels
-    true_readings, true_track = truth if truth is not None else (None, None)
-    dives = np.ptp(tracks[0, :, Z]) > 0.01 * np.ptp(tracks[0][:, [X, Y]], axis=0).max()
-    last = max(channel.times[-1] for channel in channels)
-    below = len(channels) if not dives else -(-len(channels) // 2)
-    turns = np.ptp(tracks[0, :, Y]) > STRAIGHT * np.ptp(tracks[0, :, X]) or not dives
-    places = ["from above" if k < below and turns else "from aside" for k in range(len(channels))]
-    rows = [[place, channel.name] for place, channel in zip(places, channels, strict=True)]
-    with style.figure(path, 9.0, max(4.6, 1.25 * len(channels))) as figure:
-        axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.15], empty_sentinel="")
-        if "from above" in axes:
-            _draw_path(axes["from above"], record, tracks, true_track)
-        if "from aside" in axes:
-            _draw_depth(axes["from aside"], tracks, true_track)
-        ends = np.cumsum([len(channel.times) for channel in channels])
-        for channel, end in zip(channels, ends, strict=True):
-            part = slice(end - len(channel.times), end)
-            name, factor = axis_label(channel)
-            axis, centre = axes[channel.name], predicted[:, part].mean(axis=0)
-            sd = factor * channel.total_sd
-            axis.axhspan(-2 * sd, 2 * sd, color=style.PRIOR, alpha=0.4, lw=0)
-            residual = factor * (channel.values - centre)
-            axis.plot(channel.times, residual, ".", ms=2.0, color=style.READINGS, label="reading")
-            low, high = np.quantile(factor * (predicted[:, part] - centre), [0.05, 0.95], axis=0)
-            off = None if true_readings is None else factor * (true_readings[part] - centre)
-            for k, some in enumerate(without_gaps(channel.times)):
-                first = k == 0
-                band = {"color": style.POSTERIOR, "lw": 0, "label": "90 % of the posterior" if first else None}
-                axis.fill_between(channel.times[some], low[some], high[some], **band)
-                if off is not None:
-                    line = {"color": style.TRUTH, "lw": 0.8, "label": "truth" if first else None}
-                    axis.plot(channel.times[some], off[some], **line)
-            axis.set_ylabel(name)
-            axis.set_ylim(-4.2 * sd, 4.2 * sd)
-            axis.set_xlim(-0.02 * last, 1.02 * last)
-            axis.tick_params(labelbottom=channel is channels[-1])
-        axes[channels[0].name].set_title("minus posterior mean; grey: two noise sd", fontsize=9)
-        axes[channels[-1].name].set_xlabel("time (s)")
-        words = axes[channels[0].name].get_legend_handles_labels()
-        axes[places[0]].legend(*words, loc="best", fontsize=8, markerscale=3)
-
-
 def without_gaps(times: np.ndarray) -> list[slice]:
     """The parts of a channel between which nothing was read for longer than GAP intervals."""
     intervals = np.diff(times)
@@ -90,29 +35,6 @@ def axis_label(channel: Any) -> tuple[str, float]:
     header = log_files.HEADERS[channel.quantity]
     label = header.replace(channel.name, _NAMES.get(channel.name, channel.name), 1)
     return with_unit(label), 1.0 / log_files.si_factor(header)
-
-
-def _draw_path(axis, record, tracks, truth):
-    by_state = {channel.state: channel for channel in record.channels}
-    if {"x", "y"} <= by_state.keys():
-        _, *both = np.intersect1d(by_state["x"].times, by_state["y"].times, return_indices=True)
-        x, y = (by_state[state].values[places] for state, places in zip("xy", both, strict=True))
-        axis.plot(y, x, ".", ms=2.5, color=style.READINGS)
-    axis.plot(tracks[:20, :, Y].T, tracks[:20, :, X].T, color=style.POSTERIOR, lw=1.2)
-    if truth is not None:
-        axis.plot(truth[:, Y], truth[:, X], color=style.TRUTH, lw=0.8)
-    style.look_from_above(axis, tracks[0, 0, [Y, X]])
-    axis.set_title("track from above, starting at the dot", fontsize=9)
-
-
-def _draw_depth(axis, tracks, truth):
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tracks[0][:, [X, Y]], axis=0), axis=1))])
-    axis.plot(way, tracks[:20, :, Z].T, color=style.POSTERIOR, lw=1.2)
-    if truth is not None:
-        axis.plot(way, truth[:, Z], color=style.TRUTH, lw=0.8)
-    axis.invert_yaxis()
-    axis.set_xlabel("way over the ground (m)")
-    axis.set_ylabel("depth (m)")
 
 
 def draw_simulated(path: Paths, trajectory: Any) -> None:

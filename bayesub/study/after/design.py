@@ -21,6 +21,7 @@ from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress, duration
+from bayesub.io.words import measured
 from bayesub.logs.log_files import write_log
 from bayesub.model import quantities
 from bayesub.model.manoeuvres import load_manoeuvre
@@ -70,7 +71,7 @@ class Request:
     boats: int = 1
 
     def config(self) -> dict:
-        """What the result depends on."""
+        """The files and settings that the result depends on."""
         return of_request("design", vars(self), self.files)
 
     @property
@@ -260,12 +261,12 @@ def _sensors(judge: Judge) -> str:
         noise = [f"sd {sensor.sd:g}"] * bool(sensor.sd) + [f"rounded to {sensor.resolution:g}"] * bool(
             sensor.resolution
         )
-        parts.append(f"{sensor.column} {' '.join(noise)} every {sensor.interval_s:g} s")
-    return ", ".join(parts)
+        parts.append(f"{measured(sensor.column, ', '.join(noise))} every {sensor.interval_s:g} s")
+    return "; ".join(parts)
 
 
 def _limits(limits: Limits, request: Request) -> str:
-    parts = [f"{key} {value:.4g}" for key, value in limits.model_dump(exclude_none=True).items()]
+    parts = [measured(key, value) for key, value in limits.model_dump(exclude_none=True).items()]
     return ", ".join(parts) + ("" if request.limits else " (the usual ones, as none are given)")
 
 

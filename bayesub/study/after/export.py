@@ -87,7 +87,7 @@ FORMATS = {
 
 
 def format_of(path: Path, kind: str | None) -> str:
-    """The name of the format that is wanted, or of the suffix of the file; InputError if it is that of none."""
+    """The name of the format that is wanted, or of the suffix of the file; InputError if there is no such format."""
     if kind is not None:
         check_known(kind, FORMATS, f"no format '{kind}'", hint=f"choose one of {', '.join(FORMATS)}", key="--as")
         return kind

@@ -1,5 +1,6 @@
 """A finished run, as other commands take it up: its study, posterior and estimates read back, its page made again."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +18,7 @@ from bayesub.study.provenance import COMPUTED, copy_name
 from bayesub.study.run import script
 from bayesub.study.run.infer import DERIVED, ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
 from bayesub.study.run.prepare import Setup, prepare
-from bayesub.study.run.result import StudyResult, load_result
+from bayesub.study.run.result import NUMBERS, StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
 from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
@@ -43,9 +44,16 @@ class FinishedRun:
         """On the run as its folder is now (:data:`bayesub.findings.verdicts.STATUS`)."""
         return self.judged if self.posterior.converged else worst([self.judged, NOT_CONVERGED])
 
+    @cached_property
+    def rows(self) -> list[dict]:
+        """The numbers of each parameter, as its report has them; none if that is not there."""
+        file = self.folder / NUMBERS
+        numbers = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        return [*numbers.get("parameters", []), *numbers.get("nuisance", [])]
+
     @property
     def doubt(self) -> str:
-        """What is wrong with the run, by its verdict; empty if nothing."""
+        """Why the run is in doubt, by its verdict; empty if it is not."""
         reasons = self.posterior.shortcomings if self.verdict == NOT_CONVERGED else ()
         return in_words(self.verdict, reasons) if STATUS[self.verdict] else ""
 
@@ -56,7 +64,7 @@ class FinishedRun:
 
     @property
     def files(self) -> dict[str, Path]:
-        """What a prediction by this run depends on: name -> file."""
+        """Name -> file that a prediction by this run depends on."""
         return {f"{self.folder}/{name}": self.folder / name for name in (CONFIG, POSTERIOR, ESTIMATES)}
 
     def setup(self, checks: Sequence[CheckSection] = ()) -> Setup:

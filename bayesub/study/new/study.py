@@ -46,7 +46,7 @@ _CLOCK = """
 # clock_{0}_s = {{ mean = 0.0, sd = 0.2 }}  # how far its clock is ahead; lever_{0}_x_m: where it is"""
 _SCALE = "\n# {} = {{ mean = 1.0, sd = {} }}  # {}"
 _EAST = "\ncurrent_east_mps = { mean = 0.0, sd = 0.3 }"
-_HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: nobody read the heading"
+_HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: no sensor measures it"
 _GUESS = """centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"
 perturbation_sd = 0.15"""
 

@@ -135,12 +135,12 @@ def _logs(setup: Setup) -> "Iterator[tuple[Path, bool, list[Finding]]]":
 
 
 def saved_estimates(folder: Path) -> tuple[baselines.Estimate, ...]:
-    """What the baselines of a run have found; InputError for a damaged file."""
+    """The estimates of the baselines of a run; InputError for a damaged file."""
     return read_back(folder / ESTIMATES, lambda content: tuple(map(baselines.Estimate.from_json, content[:])))
 
 
 def read_back(file: Path, made: Callable[[Any], T]) -> T:
-    """What is made of the JSON of a file in a run folder; InputError for a damaged one."""
+    """An object of the JSON of a file in a run folder; InputError for a damaged one."""
     try:
         return made(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:

@@ -1,4 +1,4 @@
-"""What came of a run: the object that a run returns and its folder keeps."""
+"""The result of a run: the object that a run returns and its folder keeps."""
 
 import json
 from dataclasses import asdict, dataclass, field, replace

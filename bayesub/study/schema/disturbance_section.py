@@ -46,7 +46,7 @@ _SUITED = dict.fromkeys("XYZ", "sd_n") | dict.fromkeys("KMN", "sd_nm") | dict.fr
 
 
 def what(axis: str) -> str:
-    """What acts on an axis: a force, a moment or a current."""
+    """The kind of disturbance on an axis: a force, a moment or a current."""
     return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
 
 
@@ -279,7 +279,7 @@ def _positive(rms: float, axis: str) -> float:
     if not rms > 0.0:
         way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
         raise InputError(
-            f"disturbance: the hull makes no {axis} on the manoeuvre, so that it has no share; give {way}",
+            f"disturbance: the hull's own {axis} is zero in this manoeuvre, and so is a share of it; give {way}",
             "conflict",
             f"disturbance.share.{axis}",
         )

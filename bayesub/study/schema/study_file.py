@@ -201,7 +201,7 @@ class Study(TrialKeys):
     check : logs that are not fitted, which the posterior is to predict
     dt_s : time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth
         is flown at a tenth of it.
-    sensors : of the trial, and of those of `trials` that have none of their own
+    sensors : of the trial, and of those of `trials` without their own
     controls : name of an actuator -> its column in logs, where it is not that of the vehicle
     noise : column -> noise model, where it is not the one of the sensor
     disturbance : unmodelled forces, whose histories are inferred; the process is that of all trials

@@ -212,7 +212,7 @@ def read_instruments(name: str | Path) -> InstrumentsFile:
 def _prior(name: str, section: PriorOfOne) -> Prior:
     if section.value is not None:
         raise InputError(
-            f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out",
+            f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out",
             "conflict",
             f"nuisance.{name}",
         )

@@ -1,11 +1,12 @@
 """The spectra of several problems side by side, and the stiffest, sloppiest and null directions of one."""
 
 import numpy as np
+from matplotlib.axes import Axes
 
+from bayesub.inference.identifiability import Spectrum
 from bayesub.model.equations import EquationSet
 from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
-from bayesub.report.plots.spectrum import draw_values
 
 BARS = 8  # entries of a direction that are drawn
 _HEADROOM = 1e6  # room for a legend above the stiffest
@@ -55,3 +56,26 @@ def draw_directions(path, spectrum, equations: EquationSet, n_each: int = 3) -> 
                 panel.tick_params(labelbottom=True)
         panels[0, 0].set_xlim(-1.05, 1.05)
         figure.supxlabel(f"prior standard deviations along the unit direction ({BARS} largest entries)", fontsize=9)
+
+
+def draw_values(axis: Axes, spectrum: Spectrum) -> None:
+    """Draw singular values by their number: sharp, sloppy and null ones, and the gap before the null ones."""
+    s, n_null = spectrum.singular_values, spectrum.n_null
+    number = np.arange(1, len(s) + 1)
+    null = number > len(s) - n_null
+    sharp = (s > 1.0) & ~null
+    groups = (
+        (sharp, style.POSTERIOR, "o", f"{sharp.sum()} sharpened by the data"),
+        (~sharp & ~null, style.WEAK, "s", f"{(~sharp & ~null).sum()} left to the prior"),
+        (null, style.NULL, "D", f"{null.sum()} null: no data of this kind can tell"),
+    )
+    for members, colour, marker, label in groups:
+        if members.any():
+            axis.semilogy(number[members], s[members], marker, color=colour, label=label, ms=6 if len(s) < 30 else 4)
+    axis.axhline(1.0, color=style.TRUTH, lw=0.8)
+    if n_null and n_null < len(s) and 0.0 < s[null].max() < s[~null].min():
+        upper, lower = s[~null].min(), s[null].max()
+        axis.axhspan(lower, upper, color=style.NULL, alpha=0.15, lw=0)
+        power = int(np.floor(np.log10(upper / lower)))
+        text = rf"gap of ${upper / lower / 10**power:.0f}\times10^{{{power}}}$"
+        axis.annotate(text, (1.0, np.sqrt(upper * lower)), va="center", fontsize=9)

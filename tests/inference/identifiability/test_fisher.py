@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from support.toys import Linear
+from support.toys import Linear, ill_conditioned
 
-from bayesub.inference.identifiability import fisher
+from bayesub.inference.identifiability import conditional_sd, fisher
 from bayesub.inference.identifiability.fisher import integrated_out
 from bayesub.inference.identifiability.linalg import null_basis, split_svd
-from bayesub.problem.priors import CorrelatedNormal, Normal
+from bayesub.problem.distributions import CorrelatedNormal, Normal, Uniform
+from bayesub.problem.shared_scale import SharedScale
 
 N = 6
 
@@ -155,3 +156,40 @@ def test_a_prior_that_correlates_takes_its_share(planted, rng):
     np.testing.assert_allclose(np.cov(along.T), np.eye(N), atol=5.0 / np.sqrt(20_000))
     null = second.coordinates[-1] / again.prior.sd
     assert null @ again.covariance @ null == pytest.approx(1.0, abs=1e-9)
+
+
+def given_others(problem):
+    """Root of 1 over the diagonal of the precision of a normal posterior: each if all the others were known."""
+    precision = problem.matrix.T @ problem.matrix / problem.sd**2 + np.linalg.inv(problem.spread @ problem.spread.T)
+    return np.diag(precision) ** -0.5
+
+
+def test_what_is_known_if_all_others_are_is_that_of_the_normal_posterior(unique, planted, rng):
+    """With and without null directions, and with a prior that has correlations."""
+    planted, _ = planted
+    factor = rng.standard_normal((N, N))
+    prior = CorrelatedNormal(unique.prior.mean, factor @ factor.T + np.eye(N))
+    for problem in (unique, planted, linear(rng, 1e-3 * unique.matrix), Linear(unique.matrix, unique.readings, prior)):
+        np.testing.assert_allclose(conditional_sd(problem, problem.mean[None]), given_others(problem), rtol=1e-9)
+
+
+def test_what_is_known_if_all_others_are_does_not_come_from_a_covariance():
+    """Of a posterior whose covariance has a condition number of 1e16, of which the inverse has no digit left."""
+    problem, _ = ill_conditioned(singular_values=10.0 ** np.linspace(8.0, 0.0, N))
+    exact = given_others(problem)
+    np.testing.assert_allclose(conditional_sd(problem, problem.mean[None]), exact, rtol=1e-9)
+    by_covariance = np.abs(np.diag(np.linalg.inv(problem.covariance))) ** -0.5
+    assert np.abs(by_covariance / exact - 1.0).max() > 1e-3
+
+
+def test_without_data_what_is_known_of_a_coefficient_is_its_prior(rng):
+    """Between bounds too, and of a prior whose scale is unknown with that which the draws have."""
+    median, scales = rng.uniform(1.0, 3.0, N), np.array([0.05, 0.2, 0.8])
+    shared = SharedScale(median, scales)
+    narrow = SharedScale(median, scales[:1]).sample(rng, 500)
+    for prior, draws in ((Uniform(median, median + 2.0), None), (shared, narrow)):
+        problem = Linear(np.zeros((1, N)), np.zeros(1), Normal(median, np.ones(N)))
+        problem.prior = prior
+        draws = prior.sample(rng, 100) if draws is None else draws
+        np.testing.assert_allclose(conditional_sd(problem, draws), prior.found(draws).sd, rtol=1e-9)
+    assert np.all(shared.found(narrow).sd < 0.3 * shared.sd)

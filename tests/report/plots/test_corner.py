@@ -1,117 +1,103 @@
-"""The corner plots: what they choose, and that contours and lines are where they are said to be."""
+"""The corners and the strip of pairs: what they choose, and that contours and points are where they are said to be."""
 
-import json
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.colors import same_color
 from matplotlib.figure import Figure
 
-from bayesub.inference.identifiability.fisher import Spectrum
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.problem.distributions import Normal
 from bayesub.report.plots import corner, style
+from bayesub.report.plots.coefficients import Found
 
-QUICKSTART = Path(__file__).parents[2] / "figures" / "quickstart" / "numbers.json"
-NAMES = ("Xuu", "Yuv", "Yur", "Yvdot", "Nuv", "Nur")
-
-
-def posterior_of(names, pairs, prior_sd=None):
-    """What is asked of a posterior, with these correlations of pairs of names."""
-    correlation = np.eye(len(names))
-    for first, second, value in pairs:
-        i, j = names.index(first), names.index(second)
-        correlation[i, j] = correlation[j, i] = value
-    return SimpleNamespace(names=tuple(names), correlation=correlation, prior_sd=prior_sd or np.ones(len(names)))
+NAMES = ("Xuu", "Yuv", "Nuv")
+REFERENCE = np.array([1.0, 2.0, -4.0])
 
 
-def chosen_names(posterior, null=()):
-    return [posterior.names[k] for k in corner.trade_off_parameters(posterior, len(posterior.names), null)]
+def correlation_of(n, pairs):
+    """A matrix (n, n) with these correlations of pairs of positions."""
+    matrix = np.eye(n)
+    for i, j, value in pairs:
+        matrix[i, j] = matrix[j, i] = value
+    return matrix
 
 
-@pytest.mark.skipif(not QUICKSTART.is_file(), reason="figures are not part of a source distribution")
-def test_the_corner_of_the_quickstart_shows_what_trades_off():
-    """Its strongest pairs, which the best and the worst known coefficients leave out, and its null directions."""
-    numbers = json.loads(QUICKSTART.read_text())
-    names = [row["name"] for row in numbers["parameters"]]
-    pairs = [(*trade["pair"], trade["correlation"]) for trade in numbers["trade_offs"]]
-    null = [vector for axis in numbers["ranks"].values() for vector in axis["null_vectors"]]
-    chosen = chosen_names(posterior_of(names, pairs, [row["prior_sd"] for row in numbers["parameters"]]), null)
-    assert {"Nuv", "Nur", "Yuv", "Yur"} <= set(chosen)
-    assert len(null) == numbers["spectrum"]["n_null"] == 3
-    for vector in null:
-        assert len(set(vector) & set(chosen)) >= 2
-    assert len(chosen) == corner.PARAMETERS
+def posterior_of(draws):
+    return SimpleNamespace(names=NAMES, draws=draws)
 
 
-def test_trade_offs_come_first_and_null_directions_have_their_places():
-    names = [f"a{k}" for k in range(30)]
-    pairs = [(f"a{2 * k}", f"a{2 * k + 1}", 0.99 - 0.01 * k) for k in range(8)]
-    null = [{"a29": 1.0, "a28": 0.5, "a27": 0.1}, {"a26": 1.0}]
-    assert chosen_names(posterior_of(names, pairs), null) == ["a0", "a1", "a2", "a3", "a26", "a27", "a28", "a29"]
-    assert chosen_names(posterior_of(names, pairs)) == [f"a{k}" for k in range(8)]
-
-
-def test_few_parameters_are_all_there():
-    assert chosen_names(posterior_of(NAMES, [])) == list(NAMES)
-    assert chosen_names(posterior_of(("Xuu",), [])) == ["Xuu"]
-
-
-def test_directions_of_each_kind():
-    """The first and the last; a kind without directions is left out."""
-    values = np.array([1e4, 1e3, 1e2, 10.0, 2.0, 0.5, 0.1, 1e-14])
-    some = Spectrum(tuple("abcdefgh"), values, np.eye(8), np.ones(8), 1, np.ones(8))
-    assert [(kind, places) for kind, _, places in corner.choose_directions(some)] == [
-        ("stiff", [0, 4]),
-        ("sloppy", [5, 6]),
-        ("null", [7]),
-    ]
-    all_stiff = Spectrum(("a", "b"), np.array([9.0, 3.0]), np.eye(2), np.ones(2), 0, np.ones(2))
-    assert [(kind, places) for kind, _, places in corner.choose_directions(all_stiff)] == [("stiff", [0, 1])]
-
-
-def test_a_null_direction_is_a_line_through_the_posterior_mean(tmp_path, monkeypatch):
-    """In the panel of its two entries and in no other, with the slope of its entries as ratios."""
+@pytest.fixture
+def drawn(monkeypatch):
+    """The figures that are made."""
     figures = []
     make = style.Figure
     monkeypatch.setattr(style, "Figure", lambda **options: figures.append(make(**options)) or figures[-1])
-    reference = np.array([1.0, 2.0, -4.0])
-    draws = reference * (1.0 + 0.1 * np.random.default_rng(0).standard_normal((2000, 3)))
-    posterior = SimpleNamespace(names=("Xuu", "Yuv", "Nuv"), draws=draws, correlation=np.eye(3), prior_sd=np.ones(3))
-    prior = Normal(reference, 0.2 * np.abs(reference))
-    null = ({"Yuv": 1.0, "Nuv": -0.5},)
-    corner.draw(tmp_path / "corner.png", posterior, prior, reference, EQUATIONS, null=null)
-    (axis,) = figures[0].axes
-    (line,) = (line for line in axis.lines if line.get_color() == style.NULL and len(line.get_xdata()))
-    x, y = line.get_data()
-    assert (np.abs(x - 1.0 - 0.5 * corner.SIDE) <= 0.5 * corner.SIDE).all()
-    assert (np.abs(y - 2.0 - 0.5 * corner.SIDE) <= 0.5 * corner.SIDE).all()
-    extent = np.quantile(draws / reference, [0.001, 0.999], axis=0)
-    low, high = extent.min(axis=0), extent.max(axis=0)
-    length = 1.1 * (high - low)[1:]
-    slope = -np.polyfit(x, y, 1)[0] * length[1] / length[0]
-    assert slope == pytest.approx((-0.5 / -4.0) / (1.0 / 2.0), rel=1e-6)
-    middle = (
-        low[1:]
-        - 0.05 * (high - low)[1:]
-        + length * np.array([np.mean(x) - 1.0, 2.0 + corner.SIDE - np.mean(y)]) / corner.SIDE
-    )
-    assert middle == pytest.approx(draws.mean(axis=0)[1:] / reference[1:], abs=0.15)
+    return figures
 
 
-def test_the_corner_holds_the_shares_of_draws_that_it_says():
-    """Of a correlated normal pair 50 and 90 % of the draws lie within the contours.
+def test_what_trades_off_is_chosen_strongest_pairs_first():
+    pairs = [(2 * k, 2 * k + 1, 0.95 - 0.1 * k) for k in range(8)]
+    some = correlation_of(20, pairs)
+    assert list(corner.strong_pairs(some)) == [(2 * k, 2 * k + 1) for k in range(7)]  # those of 0.3 and more
+    assert corner.trading(some).tolist() == list(range(corner.PARAMETERS))
+    assert corner.trading(np.eye(5)).tolist() == []
+    # A pair that has no room leaves it to one that shares a parameter with what is there.
+    crowded = correlation_of(20, [*((2 * k, 2 * k + 1, 0.9) for k in range(3)), (0, 6, 0.8), (7, 8, 0.7), (1, 9, 0.6)])
+    assert corner.trading(crowded).tolist() == [0, 1, 2, 3, 4, 5, 6, 9]
 
-    Smoothing by one cell widens a cloud whose sd is three cells or more by 5 % at most, and its contours with it.
-    """
-    draws = 0.5 + np.random.default_rng(0).standard_normal((20_000, 2)) @ np.array([[0.15, 0.06], [0.0, 0.12]])
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.999, -0.99999])
+def test_contours_hold_the_shares_of_draws_that_they_say(rho):
+    """Also of a blade: smoothing by a cell widens a cloud by 3 % at most, by its own standard deviations."""
+    factor = np.array([[0.2, 0.0], [0.1 * rho, 0.1 * np.sqrt(1.0 - rho**2)]])
+    points = 0.5 + np.random.default_rng(0).standard_normal((20_000, 2)) @ factor.T
     axis = Figure().subplots()
-    corner.draw_joint(axis, draws)
+    corner.contours(axis, points)
     lines = next(c for c in axis.collections if len(c.get_paths()) == 2 and not c.get_fill())
-    side = corner.SIDE
-    points = np.stack([side * draws[:, 0], 1.0 + side * (1.0 - draws[:, 1])], axis=1)
     shares = sorted(path.contains_points(points).mean() for path in lines.get_paths())
-    wider = [1.0 - (1.0 - share) ** 1.05**2 for share in corner.SHARES]
+    wider = [1.0 - (1.0 - share) ** 1.03**2 for share in corner.SHARES]
     for measured, share, limit in zip(shares, corner.SHARES, wider, strict=True):
         assert share - 0.01 < measured < limit + 0.01
+
+
+def test_what_is_constant_is_drawn_without_a_warning(tmp_path):
+    draws = REFERENCE * (1.0 + 0.1 * np.random.default_rng(0).standard_normal((500, 3)))
+    draws[:, 1] = 2.0
+    prior = Normal(REFERENCE, 0.2 * np.abs(REFERENCE))
+    corner.draw(tmp_path / "corner.png", posterior_of(draws), prior, REFERENCE, EQUATIONS, chosen=np.arange(3))
+    corner.draw_pairs(tmp_path / "pairs.png", posterior_of(draws), prior, REFERENCE, EQUATIONS, [(0, 1), (0, 2)])
+
+
+def test_number_and_picture_of_a_pair_have_one_sign(tmp_path, drawn):
+    """Of coefficients of unlike sign: what falls as ratios has a negative number in its title, and in its corner."""
+    rng = np.random.default_rng(0)
+    common, own = 0.1 * rng.standard_normal((2, 2000, 1))
+    ratios = 1.0 + np.hstack([own, common, -common + 0.1 * own])
+    prior = Normal(REFERENCE, 0.2 * np.abs(REFERENCE))
+    posterior = posterior_of(ratios * REFERENCE)
+    corner.draw_pairs(tmp_path / "pairs.png", posterior, prior, REFERENCE, EQUATIONS, [(1, 2)])
+    corner.draw(tmp_path / "corner.png", posterior, prior, REFERENCE, EQUATIONS, chosen=np.array([1, 2]))
+    rho = np.corrcoef(ratios.T)[1, 2]
+    assert rho < -0.9
+    assert drawn[0].axes[0].get_title() == rf"$\rho$ = {rho:+.2f}".replace("-", "\u2212")
+    assert f"{rho:.2f}".replace("-", "\u2212") in [text.get_text() for text in drawn[1].axes[0].texts]
+
+
+def test_solutions_that_do_not_fit_are_hollow_and_those_beyond_do_not_stretch_the_axes(tmp_path, drawn):
+    draws = REFERENCE * (1.0 + 0.1 * np.random.default_rng(0).standard_normal((2000, 3)))
+    ratios = np.array([[1.0, 1.1, 1.0], [1.0, 0.9, 1.0], [1.0, 9.0, 1.0]])
+    good = np.array([True, False, True])
+    found = Found("SQP, 3 starts: 2 fit", ratios * REFERENCE, good, np.tile(good[:, None], 3))
+    prior = Normal(REFERENCE, 0.2 * np.abs(REFERENCE))
+    arguments = posterior_of(draws), prior, REFERENCE, EQUATIONS
+    corner.draw_pairs(tmp_path / "pairs.png", *arguments, [(0, 1)], [found])
+    (axis,) = drawn[0].axes
+    assert axis.get_ylim()[1] < 2.0
+    points = {line.get_marker(): line for line in axis.lines if len(line.get_xdata()) and line.get_marker() in "o^"}
+    shown = [line for line in axis.lines if line.get_marker() == "o"]
+    assert [same_color(line.get_markerfacecolor(), style.SQP) for line in shown] == [True, False]
+    assert 0.9 < points["^"].get_ydata()[0] < 1.0  # at the upper edge, in the axis's own units
+    words = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    assert {"hollow: no fit, or at a bound", "arrow: beyond the axes (1)", found.label} <= set(words)

@@ -21,9 +21,9 @@ from bayesub.report.plots import (
     convergence,
     corner,
     fit,
+    ladders,
     posterior,
     prediction,
-    spectrum,
     style,
     track,
 )
@@ -47,7 +47,8 @@ POSTERIOR = a_posterior()
 REFERENCE = np.array([1.0, 1.0, -1.0, 0.0])
 PRIOR = SimpleNamespace(sd=np.full(len(NAMES), 0.2), quantiles=lambda p: REFERENCE + 0.2 * special.ndtri(p))
 SPECTRUM = Spectrum(NAMES, np.array([1e3, 2.0, 0.1, 1e-13]), np.eye(4), PRIOR.sd, 1, REFERENCE)
-SQP = SimpleNamespace(method="SQP", names=NAMES[:N], solutions=np.tile(REFERENCE[:N], (2, 1)), values=REFERENCE[:N])
+GOOD = np.array([[True] * 4, [False] * 4])
+SQP = coefficients.Found("SQP, 2 starts: 1 fit", np.tile(REFERENCE, (2, 1)), GOOD[:, 0], GOOD)
 
 
 def draw_calibration(path):
@@ -119,14 +120,23 @@ def draw_correlation(path):
 
 
 def draw_corner(path):
-    null = ({"Yuv": 1.0, "Nuv": -0.5},)
-    corner.draw(path, POSTERIOR, PRIOR, REFERENCE[:N], EQUATIONS, sets={"SQP": REFERENCE[None, :N]}, null=null)
+    corner.draw(path, POSTERIOR, PRIOR, REFERENCE[:N], EQUATIONS, chosen=np.arange(N), found=[SQP])
 
 
-def draw_corner_of_directions(path):
-    sets = {"SQP": REFERENCE[None]}
-    before = np.outer([0.0, 1.0], np.ones(len(SPECTRUM.names)))
-    corner.draw_directions(path, POSTERIOR, SPECTRUM, EQUATIONS, before=before, reference=REFERENCE, sets=sets)
+def draw_pairs(path):
+    corner.draw_pairs(path, POSTERIOR, PRIOR, REFERENCE[:N], EQUATIONS, [(0, 1), (1, 3)], [SQP])
+
+
+def draw_ladder(path):
+    ladders.draw_known(path, NAMES[:N], np.full(N, 0.5), np.array([1e-3, 0.1, 0.5]))
+
+
+def draw_ladder_of_directions(path):
+    ladders.draw_directions(path, SPECTRUM, EQUATIONS, sds=np.full(len(NAMES), 0.5), found=[SQP])
+
+
+def draw_spectrum(path):
+    ladders.draw_directions(path, SPECTRUM)
 
 
 def draw_nuisance(path):
@@ -141,10 +151,6 @@ def draw_profile(path):
 
 def draw_ranks(path):
     convergence.draw_ranks(path, POSTERIOR, EQUATIONS)
-
-
-def draw_spectrum(path):
-    spectrum.draw(path, SPECTRUM)
 
 
 def draw_spectra(path):
@@ -170,11 +176,13 @@ FIGURES = {
     draw_nuisance: ("yaw0 (deg)",),
     draw_profile: ("change (%)", "rise of $-2\\log$ likelihood"),
     draw_ranks: ("step after warm-up", "rank over number of draws"),
-    draw_spectrum: ("direction, from the stiffest to the sloppiest", "singular value (prior sd / data sd)"),
+    draw_ladder: ("standard deviation, in those of the prior",),
+    draw_ladder_of_directions: ("posterior sd, distance of solutions, in prior sds", "direction"),
+    draw_pairs: ("$X'_{uu}$", "yaw0 (deg)"),
+    draw_spectrum: ("posterior sd, in prior sds", "direction"),
     draw_spectra: ("direction", "singular value\n(prior sd / data sd)"),
     draw_directions: ("prior standard deviations along the unit direction (8 largest entries)",),
     draw_corner: (),
-    draw_corner_of_directions: (),
 }
 
 
@@ -231,14 +239,10 @@ def test_a_figure_is_drawn_once_for_both_formats_and_labelled(draw, tmp_path, dr
 def test_tracks(tmp_path, drawings, spiral_track):
     sensor = Track(0.5, 0.1, interval_s=20.0, channels=("x", "y", "yaw"))
     record = observe(spiral_track, sensor, np.random.default_rng(0))
-    n = sum(len(channel.times) for channel in record.channels)
     states = np.repeat(spiral_track.states[:, ::10], 3, axis=0)
     readings = np.concatenate([channel.values for channel in record.channels])
     paths = [tmp_path / "figure.png", tmp_path / "figure.pdf"]
-    track.draw(paths, record, readings + np.zeros((4, n)), states)
-    check(drawings, tmp_path, ("east (m)", "north (m)", "yaw (deg)", "time (s)"))
-    drawings.clear()
-    after = readings + np.zeros((4, n))
+    after = np.repeat(readings[None], 4, axis=0)
     before = readings * RNG.uniform(0.5, 1.5, (20, 1))
     prediction.draw_fan(paths, record.channels, before, after, (1.1 * states, states))
     check(drawings, tmp_path, ("east (m)", "north (m)", "yaw (deg)", "time (s)"))
@@ -298,5 +302,6 @@ def test_a_saved_figure_has_the_colours_of_its_colour_bar(tmp_path):
     shown = np.unique(picture.reshape(-1, 3), axis=0).astype(int)
     levels = np.rint(255 * colormaps["RdBu_r"](np.linspace(0.0, 1.0, 256))[:, :3]).astype(int)
     assert np.abs(levels[:, None] - shown).max(axis=2).min(axis=1).max() <= 12
-    cells = np.rint(255 * colormaps["RdBu_r"](0.5 + 0.5 * values.ravel())[:, :3]).astype(int)
+    values = values[~np.eye(len(NAMES), dtype=bool)]
+    cells = np.rint(255 * colormaps["RdBu_r"](0.5 + 0.5 * values)[:, :3]).astype(int)
     assert np.abs(cells[:, None] - shown).max(axis=2).min(axis=1).max() <= 12

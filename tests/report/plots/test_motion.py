@@ -42,7 +42,9 @@ def test_a_legend_of_long_names_is_whole(figures, motions):
     numbers = {"ratios": [0.8, 0.9, 1.0, 1.1, 1.2], "prior_ratios": [0.5, 1.5], "contraction": 0.3}
     coefficients.draw_runs("coefficients.png", [("Xuu", dict.fromkeys(NAMES, numbers))], NAMES)
     assert [inside(figure) for figure in figures] == [True, True]
-    assert [text.get_text() for text in figures[0].legends[0].get_texts()] == [f"{name}, 90 %" for name in NAMES]
+    assert [text.get_text() for text in figures[0].legends[0].get_texts()] == [
+        f"{name}, 90 %, median" for name in NAMES
+    ]
 
 
 def test_lines_that_are_the_same_are_all_seen(motions):

@@ -59,7 +59,7 @@ def test_a_study_converges_to_the_truth(bayesub, tmp_path, vehicle):
     assert all(rows[name]["unit"] == equations.term(name).unit for name in free)
     words = Page((folder / "report.html").read_text()).text
     assert ("non-dimensional" in words) == (vehicle != "remus100")
-    answers = words.rpartition("How it was computed")[0]  # the last is the heading, after that of the contents
+    answers = words.rpartition("How it was computed")[0]  # the last is the fold, after the link to it
     assert rows.keys() == {name for name in rows if name in answers}
     assert not re.search(r"suboff|auv690|npsauv(?!_crossflow)|101 (terms|coefficients)", answers)
     assert "sd is of the prior's" not in words  # no ratios where there are no null directions

@@ -65,12 +65,12 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
     for _, attributes in Page(page).elements:  # nothing is loaded
         assert attributes.get("src", "data:").startswith("data:")
         assert attributes.get("href", "#").startswith(("#", "data:"))
-    assert page.index("Converged.") < page.index("<img")
-    for name in ("coefficients", "track", "criticism", "spectrum", "correlation", "corner", "directions"):
+    assert page.index("sampling: converged") < page.index("<img")
+    for name in ("coefficients", "fan", "criticism", "ladder", "correlation", "directions"):
         assert (folder / f"{name}.png").stat().st_size > 5000
         assert not (folder / f"{name}.pdf").exists()
 
-    draw_only("corner")
+    draw_only("ladder")
     assert bayesub("run", small, "-o", folder)[0] == 2
     refusals.check(bayesub.error, "state")
 
@@ -82,7 +82,7 @@ def test_a_study_runs_from_file_to_report_and_is_never_overwritten(bayesub, smal
     (folder / "report.html").unlink()
     assert bayesub("report", folder, "--pdf")[0] == 0
     assert (folder / "report.html").exists()
-    assert (folder / "corner.pdf").read_bytes().startswith(b"%PDF")
+    assert (folder / "ladder.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.usefixtures("few_figures")

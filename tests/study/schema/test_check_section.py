@@ -174,7 +174,7 @@ def test_a_run_predicts_and_says_so_at_the_end(bayesub, folder, draw_only):
     assert (run / "prediction_other.png").stat().st_size > 20_000
     assert (run / "check_other.csv").exists()
     page = (run / "report.html").read_text()
-    assert page.index("Predicts.") < page.index("<img")
+    assert page.index("prediction: predicts") < page.index("<img")
     redraw(run)
     assert json.loads((run / "numbers.json").read_text())["predictions"] == [other]
 
@@ -189,7 +189,7 @@ def test_a_fit_that_is_accepted_and_does_not_predict_ends_with_that_verdict(baye
     assert (status, out.splitlines()[-1]) == (STATUS["does not predict"], in_words("does not predict"))
     assert re.search(r"\n  checks +converged \(.*\), fits\n  prediction +other is NOT PREDICTED: ", out)
     page = (folder / "run" / "report.html").read_text()
-    assert page.index("DOES NOT PREDICT.") < page.index("<img")
+    assert page.index("DOES NOT PREDICT") < page.index("<img")
 
 
 @pytest.mark.usefixtures("few_figures")
@@ -198,7 +198,7 @@ def test_what_nobody_has_tried_is_said(bayesub, folder):
     _, out, _ = bayesub("run", folder / "study.toml", "-o", folder / "run")
     assert ", fits, prediction not tried\n" in out
     page = (folder / "run" / "report.html").read_text()
-    assert page.index("No prediction.") < page.index("<img")
+    assert page.index("prediction: not tried") < page.index("<img")
 
 
 @pytest.mark.usefixtures("few_figures")
