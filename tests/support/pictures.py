@@ -137,6 +137,6 @@ NAMES = (*DRAWN, *FROM_RUN, *SCREENS)
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--run", type=Path)
-    parser.add_argument("names", nargs="*", default=NAMES, choices=[*NAMES, []])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(NAMES))
     given = parser.parse_args()
     make(FOLDER, given.names or NAMES, given.run)
