@@ -58,10 +58,7 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
 @click.argument("name")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME_hull.toml if left out.")
 def geometry(name: str, output: Path | None) -> None:
-    """Write a hull geometry file, for added masses.
-
-    It is to be filled in and given to `bayesub new vehicle --geometry`.
-    """
+    """Write a hull geometry, for `bayesub new vehicle --geometry`."""
     from bayesub.study.new import files
 
     path = output or Path(f"{name}_hull.toml")
@@ -73,10 +70,7 @@ def geometry(name: str, output: Path | None) -> None:
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; KIND_map.toml if left out.")
 @click.option("--data", type=PATH, metavar="LOG", help="List the signals of this log in it.")
 def map_(kind: str, output: Path | None, data: Path | None) -> None:
-    """Write a map of a vehicle's log, for `bayesub convert`.
-
-    It says which signal becomes which column, with an example of the KIND.
-    """
+    """Write a map of a log, with an example, for `bayesub convert`."""
     from bayesub.study.new import files
 
     path = output or Path(f"{kind}_map.toml")
@@ -90,19 +84,15 @@ def map_(kind: str, output: Path | None, data: Path | None) -> None:
 @click.option("--manoeuvre", **MANOEUVRE, help="Simulate this one and measure it.")
 @click.option("--data", type=PATH, metavar="LOG", help="Read this log (CSV) instead.")
 def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | None, data: Path | None) -> None:
-    """Write a study file, of a manoeuvre or of a log.
-
-    A manoeuvre is simulated and its track measured; of a log there is a sensor for each column.
-    """
+    """Write a study, of a simulated track or of the columns of a log."""
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.vehicles import load_vehicle
     from bayesub.study.new.study import of_log, simulated
 
-    one = manoeuvre is not None or data is not None
-    if vehicle is None or not one:
-        needed = "--vehicle" * (vehicle is None) + " and " * (vehicle is None and not one)
-        needed += "one of --manoeuvre and --data" * (not one)
-        raise InputError(f"a study needs {needed}", "missing", "--data" if vehicle else "--vehicle")
+    missing = [] if vehicle else ["--vehicle"]
+    missing += [] if manoeuvre or data else ["one of --manoeuvre and --data"]
+    if vehicle is None or missing:
+        raise InputError(f"a study needs {' and '.join(missing)}", "missing", "--data" if vehicle else "--vehicle")
     if manoeuvre is not None and data is not None:
         raise InputError("--manoeuvre and --data exclude each other", "conflict", "--data")
     path = output or Path(f"{name}.toml")
@@ -118,10 +108,7 @@ def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | 
 @new.command(epilog="Example: bayesub new limits -o limits.toml")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; limits.toml if left out.")
 def limits(output: Path | None) -> None:
-    """Write the limits of a trial, for `bayesub design`.
-
-    They are those of boat, crew and range, with every key.
-    """
+    """Write the limits of boat, crew and range, for `bayesub design`."""
     from bayesub.study.new import files
 
     path = output or Path("limits.toml")
