@@ -207,6 +207,15 @@ def test_captions_say_what_the_data_say(results, numbers):
     assert f"{most} {cell(gains[most], 2)}" in numbers["verdict"]["others_known"]
 
 
+def test_a_solution_at_a_bound_of_the_search_is_named(results):
+    """Three quarters of the guess off, on either side; what is nearer is inside."""
+    problem, guess = results.problem, results.problem.prior.guess[: len(FREE)]
+    solutions = guess * np.array([[1.0, 1.75, 1.0, 0.25, 1.7], [1.0] * len(FREE)])
+    (search,) = results.estimates
+    search = dataclasses.replace(search, names=FREE, solutions=solutions, costs=np.zeros(2))
+    assert run_numbers._baseline(problem, search)["at_bounds"] == [["Yuv", "Nur"], []]
+
+
 def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
     """By draws of a Laplace approximation, which are independent, about 1 %; with one ensemble moved, many more."""
     sample = results.summary

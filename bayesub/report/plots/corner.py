@@ -7,6 +7,7 @@ and to render.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -121,7 +122,8 @@ def draw_pairs(
             panel.grid(visible=False)
         for panel in panels.flat[len(pairs) :]:
             panel.set_visible(False)
-        style.legend_above(figure, _handles(found, beyond, word))
+        shown = [replace(one, good=one.good[:, np.unique(pairs)]) for one in found]
+        style.legend_above(figure, _handles(shown, beyond, word))
 
 
 def draw(
@@ -145,6 +147,7 @@ def draw(
     def ratio(values):
         return ratios(values, reference, prior)[..., chosen]
 
+    found = [replace(one, good=one.good[:, chosen]) for one in found]
     draws = ratio(posterior.draws)
     correlation, draws = _correlation(draws), draws[:: -(-len(draws) // DRAWS)]
     low, high = np.quantile(draws, [0.001, 0.999], axis=0)
@@ -183,7 +186,7 @@ def draw(
         _draw_correlations(axis, correlation)
         _draw_reference(axis, (1.0 - low) / (high - low))
         for one in found:
-            points, good = place(one.values), one.good[:, chosen]
+            points, good = place(one.values), one.good
             at = np.stack([columns, rows])[:, None].repeat(len(points), axis=1)
             _draw_points(axis, one, points[:, columns], points[:, rows], good[:, columns] & good[:, rows], at)
         _frame(axis, low, high, names, titles)

@@ -81,7 +81,6 @@ def legend_column(labels: Sequence[str]) -> float:
 
 def legend_columns(labels: Sequence[str], width: float) -> int:
     """How many columns of a legend fit a figure of that width, inches: four at most."""
-
     parts = ((n, np.array_split(labels, n)) for n in range(min(4, len(labels)), 1, -1))
     return next((n for n, some in parts if sum(legend_column(part.tolist()) for part in some) < width), 1)
 
