@@ -78,13 +78,6 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     for unseen in results.predictions:
         if unseen.posterior.is_flown:
             yield prediction_figure(unseen)
-    if n < len(sample.names):
-        yield ReportFigure(
-            "nuisance",
-            "What else the readings depend on. Blue: posterior. Dashed: prior. Orange: the truth behind a synthetic "
-            "record or the value of the vehicle, manoeuvre and noise model.",
-            lambda path: posterior.draw_nuisance(path, sample, prior, reference, n),
-        )
     if results.check is not None:
         yield ReportFigure(
             "cross_check",

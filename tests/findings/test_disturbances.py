@@ -108,13 +108,11 @@ def test_forces_at_knots_are_in_no_table_and_no_figure_of_parameters(problem, re
 
 PICTURES = (
     "coefficients",
-    "track",
     "criticism",
     "disturbance",
     "ladder",
     "correlation",
     "directions",
-    "nuisance",
 )
 
 
