@@ -10,7 +10,6 @@ import numpy as np
 from bayesub.findings import derived
 from bayesub.findings.disturbances import InferredForces
 from bayesub.findings.results import AnyProblem, Results
-from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
@@ -49,8 +48,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, those that the trial narrows most first. "
-        f"{_untouched(sample.contraction[:n])}{scale}",
+        f"Coefficients as ratios to the {word}, those that the trial narrows most first.{scale}",
         lambda path: coefficients.draw(path, sample, prior, reference[:n], found, word, equations, wide=wide),
     )
     yield from _small(results, reference[:n], word)
@@ -178,15 +176,6 @@ def _gains(names, sds) -> str:
     return f"{cell(np.median(gains), 2)} times in the median, {names[np.argmax(gains)]} {cell(gains.max(), 2)} times"
 
 
-def _untouched(contraction) -> str:
-    """Of how many coefficients the data said next to nothing."""
-    n = np.count_nonzero(contraction >= UNTOUCHED)
-    of_them = ": the data said next to nothing of them" if n else ""
-    return (
-        f"{n} of {len(contraction)} posteriors are at least {100 * UNTOUCHED:.0f} % as wide as their priors{of_them}."
-    )
-
-
 def _found(results, baselines: list[dict]) -> list[Found]:
     """The solutions of the baselines, searches first; what one does not find is at its prior mean."""
     sample, found = results.summary, []
@@ -308,7 +297,7 @@ def fan_figure(
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
         f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
-        f"{TRACKS} tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
+        f"{TRACKS} tracks each, and bands of every channel. The boat at the last reading, half of the 90 % band: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
@@ -321,7 +310,7 @@ def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:
     """How a band shrinks, of an axis with a label such as ``north (m)`` and the factor from SI to its unit."""
     name, _, unit = label.partition(" (")
     before, after = (rounded(factor * width, factor * width) for width in (wide, narrow))
-    return f"{name} from {before} to {after} {unit.rstrip(')')}".rstrip()
+    return f"{name} {before} before and {after} {unit.rstrip(')')} after"
 
 
 def disturbance_figure(forces: InferredForces) -> ReportFigure:
