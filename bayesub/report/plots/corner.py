@@ -93,8 +93,11 @@ def draw_pairs(
     names = star(posterior.names, np.concatenate([reference, np.ones(len(posterior.names) - n)]), equations)
     ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(_CIRCLE)}
     columns, rows = min(_COLUMNS, len(pairs)), -(-len(pairs) // _COLUMNS)
-    with style.figure(path, max(_PANEL * columns, 2.5 * _PANEL), (_PANEL + 0.08) * rows + 0.45) as figure:
-        panels = figure.subplots(rows, columns, squeeze=False)
+    width = max(_PANEL * columns, 2.5 * _PANEL)
+    margins = (0.55, 0.1, 0.45, 0.75) if np.max(pairs) < n else None  # other labels are to be measured
+    with style.figure(path, width, (_PANEL + 0.08) * rows + 0.55, margins) as figure:
+        space = {"wspace": 0.38, "hspace": 0.42} if margins else None
+        panels = figure.subplots(rows, columns, squeeze=False, gridspec_kw=space)
         beyond = np.zeros(len(found), dtype=int)
         for panel, (i, j) in zip(panels.flat, pairs, strict=False):
             both = [i, j]

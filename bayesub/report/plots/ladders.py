@@ -32,7 +32,7 @@ def draw_known(path: Paths, names: Sequence[str], posterior: np.ndarray, conditi
     gains = np.maximum(posterior / conditional, 1.0)
     rows = np.argsort(-gains, kind="stable")[:ROWS]
     y = np.arange(len(rows))
-    with style.figure(path, 7.4, _ROW * len(rows) + 1.0) as figure:
+    with style.figure(path, 7.4, _ROW * len(rows) + 1.1, (0.95, 1.4, 0.5, 0.5)) as figure:
         axis = figure.subplots()
         axis.hlines(y, conditional[rows], posterior[rows], color=style.WEAK, lw=2.0)
         axis.plot(np.ones(len(rows)), y, "|", ms=9, mew=2.5, color="#9A9A9A", label="prior")
@@ -75,8 +75,8 @@ def draw_directions(
     chosen = np.arange(n) if n <= ROWS else np.r_[: ROWS // 2, n - ROWS // 2 : n]
     y, last = np.arange(len(chosen)), n - spectrum.n_null
     kinds = np.where(chosen >= last, 2, np.where(spectrum.singular_values[chosen] > 1.0, 0, 1))
-    with style.figure(path, 9.2, _ROW * len(chosen) + 1.5) as figure:
-        left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.25])
+    with style.figure(path, 9.2, _ROW * len(chosen) + 1.4, (0.55, 0.25, 0.5, 0.75)) as figure:
+        left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 1.25], gridspec_kw={"wspace": 0.04})
         groups = (
             (style.POSTERIOR, "o", f"{spectrum.n_informed} stiff: the data know more than the prior"),
             (style.WEAK, "s", f"{last - spectrum.n_informed} sloppy: the prior knows more"),
@@ -127,9 +127,10 @@ def _draw_composition(axis: Axes, directions: np.ndarray, names: Sequence[str], 
         shares = direction**2 / np.sum(direction**2)
         order = np.argsort(-shares, kind="stable")[: max(1, np.count_nonzero(shares > SMALL))]
         begins = np.concatenate([[0.0], np.cumsum(shares[order])])
-        axis.barh(row, 1.0 - begins[-1], 0.82, begins[-1], color=OTHER, lw=0)
+        colours = [*(AXES.get(axes[j], OTHER) for j in order), OTHER]
+        bars = list(zip(begins, [*shares[order], 1.0 - begins[-1]], strict=True))
+        axis.broken_barh(bars, (row - 0.41, 0.82), facecolors=colours, ec="white", lw=0.6)
         for j, begin in zip(order, begins, strict=False):
-            axis.barh(row, shares[j], 0.82, begin, color=AXES.get(axes[j], OTHER), ec="white", lw=0.6)
             if shares[j] > _LETTER * (len(names[j].replace("delta", "").translate(_SIGNS)) + 3):
                 sign = "+" if direction[j] > 0.0 else "\u2212"
                 look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": style.TRUTH}
