@@ -263,7 +263,7 @@ def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     draws, ends = sample.draws, np.transpose([prior.quantiles(p) for p in coefficients.PRIOR_EDGES])
     yield ReportFigure(
         "pair_small",
-        f"The strongest trade-off of two, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior.",
+        f"The strongest pair, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior, if it is near.",
         lambda path: small.draw_pair(
             path,
             coefficients.ratios(draws, reference, prior)[:, pair],
