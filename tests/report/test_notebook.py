@@ -91,7 +91,7 @@ def test_a_spectrum(rng):
     problem = Linear(matrix, matrix @ prior.mean, prior)
     spectrum = fisher(problem, prior.mean, [{"c1": 1.0, "c4": -0.5}])
     rows, text = shown(spectrum)
-    assert f"Of 12 directions the data sharpen {spectrum.n_informed}, " in text
+    assert f"Of 12 directions the data determine {spectrum.n_informed} better than the prior, " in text
     assert [row[1] for row in rows[1:]].count("null") == 1
     assert [row[0] for row in rows[1:]] == ["1", "2", "3", "9", "10", "11", "12"]
     assert rows[-1][2] == "0"
