@@ -32,7 +32,7 @@ FIRST_WORDS = ("<nav", "Is it?", "sampling: converged", "fit: fits", "<dt>Boat",
 PARTS = ("boat", "coefficients", "why", "can-i-trust-it", "details")
 HOSTILE = "<script src='x'>alert(\"1\")</script>{{ 7 * 7 }}"
 FIGURES = ("orders", "coefficients", "fan", "criticism", "ladder", "pairs", "directions")
-FIGURES += ("corner_Y", "corner_N", "correlation", "ranks", "derived")
+FIGURES += ("corner_N", "correlation", "ranks", "derived")
 FIGURES += ("fan_small", "forest_small", "pair_small")
 
 
