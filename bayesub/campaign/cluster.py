@@ -16,7 +16,7 @@ from uuid import uuid4
 
 from bayesub.campaign import beside
 from bayesub.campaign.executors import Executor, Misfit, Pool, pickled_result
-from bayesub.io.errors import InputError, nearest, one_line
+from bayesub.io.errors import InputError, check_known, one_line
 from bayesub.io.terminal import duration
 from bayesub.io.toml_files import read_text
 
@@ -189,9 +189,8 @@ def configured(settings: dict[str, Any], name: str) -> tuple[Any, float]:
         text = f"{name}: needs one section of 'jobqueue' with 'workers', a whole number, or 'scheduler-address'"
         raise InputError(text, "missing", "workers" if queues else "jobqueue")
     ((queue, given),) = queues.items()
-    if queue not in CLASSES:
-        text = f"{name}: unknown key 'jobqueue.{queue}'{nearest(queue, CLASSES)}; expected {', '.join(CLASSES)}"
-        raise InputError(text, "unknown", f"jobqueue.{queue}")
+    expected, key = f"expected {', '.join(CLASSES)}", f"jobqueue.{queue}"
+    check_known(queue, CLASSES, f"{name}: unknown key '{key}'", hint=expected, key=key)
     interrupt = signal.getsignal(signal.SIGINT)
     import dask_jobqueue
     import dask_jobqueue.local

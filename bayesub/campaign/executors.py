@@ -63,7 +63,7 @@ class Executor(ABC):
         """
 
     def map(self, work: Callable[[Any], Any], items: Iterable[Any]) -> list[Any]:
-        """What `work` returns for each item, in order; InputError if a piece fails."""
+        """The results of `work` for each item, in order; InputError if a piece fails."""
         pieces = {str(k): item for k, item in enumerate(items)}
         results = {}
         with closing(self.results(work, pieces)) as stream:
@@ -95,7 +95,7 @@ class Pool(Executor):
 
     @abstractmethod
     def _submitter(self, work: Callable[[Any], Any]) -> Callable[[Any], Any]:
-        """What hands a piece over by its argument and gives its future."""
+        """The function that submits a piece by its argument and returns its future."""
 
     @abstractmethod
     def _stop(self, futures: Collection[Any]) -> None:
@@ -106,7 +106,7 @@ class Pool(Executor):
         """The error when pieces do not come back."""
 
     def _look(self) -> None:
-        """Raise InputError if nobody is left who does pieces."""
+        """Raise InputError if no worker is left."""
 
     def results(self, work: Callable[[Any], Any], pieces: Mapping[str, Any]) -> Results:
         """Name and result, or :class:`Failure`, of each piece as they come; InputError if the workers are lost."""

@@ -4,36 +4,38 @@ import importlib
 import os
 import sys
 import warnings
+from itertools import groupby
 
 import click
 
+from bayesub.cli.arguments import NamingGroup
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, Remark, one_line
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, accept_all_letters, complain, console
 
-# Command -> the module and the name of its click command. These modules import what their command computes with in the
-# function of the command, so that help and completion start at once.
+# Command -> its group, the module and the name of its click command, and a line of help. These modules import what they
+# compute with in the function of the command, so that help and completion start at once.
 COMMANDS = {
-    "list": "bayesub.cli.listing:list_",
-    "new": "bayesub.cli.new:new",
-    "convert": "bayesub.cli.convert:convert",
-    "check": "bayesub.cli.before:check",
-    "simulate": "bayesub.cli.before:simulate",
-    "rank": "bayesub.cli.before:rank",
-    "design": "bayesub.cli.design:design",
-    "run": "bayesub.cli.run:run",
-    "report": "bayesub.cli.finished:report",
-    "export": "bayesub.cli.finished:export",
-    "predict": "bayesub.cli.finished:predict",
-    "compare": "bayesub.cli.finished:compare",
-    "manual": "bayesub.cli.manual:manual",
-    "bench": "bayesub.cli.before:bench",
-    "completion": "bayesub.cli.listing:completion",
+    "new": ("Prepare", "new:new", "Write a commented file: vehicle, study, map of a log, limits .."),
+    "convert": ("Prepare", "convert:convert", "Make a log of what a vehicle wrote (ROS, MAVLink, NMEA ..)"),
+    "check": ("Prepare", "before:check", "Validate any input file, and show what it holds"),
+    "simulate": ("Trial", "before:simulate", "Fly a manoeuvre; write its track or the log of a trial"),
+    "rank": ("Trial", "before:rank", "Show what a manoeuvre leaves open, even with perfect sensors"),
+    "design": ("Trial", "design:design", "Search the manoeuvre that informs most, within limits"),
+    "run": ("Infer", "run:run", "Run a study: fit, sample, judge, report"),
+    "report": ("Infer", "finished:report", "Draw figures and report of a run again"),
+    "predict": ("Use", "finished:predict", "Predict another manoeuvre or a log by a run"),
+    "export": ("Use", "finished:export", "Write a posterior as vehicle file, draws or table"),
+    "compare": ("Use", "finished:compare", "Set the posteriors of several runs side by side"),
+    "manual": ("Learn", "manual:manual", "Show a page of the manual"),
+    "list": ("Learn", "listing:list_", "List what is built in, and studies"),
+    "bench": ("Learn", "before:bench", "Measure the simulator on this machine"),
+    "completion": ("Learn", "listing:completion", "Print what completes commands in your shell"),
 }
 
 
-class LazyGroup(click.Group):
+class LazyGroup(NamingGroup):
     """A group whose commands are imported by name."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
@@ -44,8 +46,14 @@ class LazyGroup(click.Group):
         """The command of a name; None if there is none."""
         if cmd_name not in COMMANDS:
             return None
-        module, name = COMMANDS[cmd_name].split(":")
-        return getattr(importlib.import_module(module), name)
+        module, name = COMMANDS[cmd_name][1].split(":")
+        return getattr(importlib.import_module(f"bayesub.cli.{module}"), name)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
+        """The commands group by group, a line each."""
+        for group, commands in groupby(COMMANDS.items(), key=lambda item: item[1][0]):
+            with formatter.section(group):
+                formatter.write_dl([(f"{name:<10}", line) for name, (*_, line) in commands])
 
 
 def main() -> None:
@@ -68,7 +76,8 @@ def main() -> None:
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "bayesub"
-        complain(f"{error.format_message().rstrip('.')}; see {command} --help", BAD_INPUT)
+        message = error.format_message().rstrip(".")
+        complain(f"{message}{' See' if message.endswith('?') else '; see'} {command} --help", BAD_INPUT)
     except MemoryError as error:
         message = f"out of memory {f'({error})' if str(error) else ''}".strip()
         complain(one_line(f"{message}; give it more, or less to do: shorter logs, fewer trials or draws"), BAD_INPUT)

@@ -8,6 +8,21 @@ import click
 from click.shell_completion import CompletionItem
 
 from bayesub.io import toml_files
+from bayesub.io.errors import nearest
+
+
+class NamingGroup(click.Group):
+    """A group of commands that names the nearest for one that it does not have."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command of the first argument."""
+        is_option, names = args[0].startswith("-"), self.list_commands(ctx)  # click says what is wrong with an option
+        if not (ctx.resilient_parsing or is_option or args[0] in names):
+            ctx.fail(f"No such command '{args[0]}'{nearest(args[0], names)}")
+        return super().resolve_command(ctx, args)
+
 
 PATH = click.Path(path_type=Path)
 
@@ -30,7 +45,7 @@ KIND: dict[str, Any] = {"metavar": "KIND", "type": click.Choice(list(toml_files.
 subproblem = click.option(
     "--subproblem",
     type=click.Choice(["horizontal", "vertical", "none"]),
-    help="Plane to confine the motion to; if left out, that of the manoeuvre.",
+    help="Plane to confine the motion to; if left out, that of the manoeuvre if there is one.",
 )
 
 
@@ -43,6 +58,7 @@ page_folder = click.option(
     "-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for page, numbers and figures."
 )
 seed_option = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of everything random.")
+verbose_option = click.option("--verbose", is_flag=True, help="Every sentence of the report too.")
 pdf_option = click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
 force_option = click.option("--force", is_flag=True, help="Replace what is in the folder.")
 dask_option = click.option(

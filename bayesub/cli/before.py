@@ -1,18 +1,16 @@
 """The commands that come before a run: `check`, `simulate`, `rank` and `bench`."""
 
 import json
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from rich.table import Table
 
 from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.findings.verdicts import NOT_FLOWN, STATUS
 from bayesub.io import toml_files
-from bayesub.io.terminal import complain, console, say
+from bayesub.io.terminal import complain, console, say, say_rows
 
 if TYPE_CHECKING:
     from bayesub.model.vehicles import Vehicle
@@ -54,7 +52,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 @click.command(epilog="Example: bayesub simulate suboff horizontal -o track.csv --plot track.png")
 @click.argument("vehicle", **VEHICLE)
 @click.argument("manoeuvre", **MANOEUVRE)
-@click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write.")
+@click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write; .csv is added if left out.")
 @click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, a tenth of one good to 5 cm.")
 @click.option(
     "--sample", type=float, metavar="S", help="Output interval in seconds; if left out, that of the controls."
@@ -92,6 +90,7 @@ def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None,
     """
     from bayesub.study.before.simulate import simulate
 
+    output = output if output.suffix else output.with_name(f"{output.name}.csv")
     sentence, is_whole = simulate(vehicle, manoeuvre, output, **options, **plane(subproblem))
     say(f"{output}: {sentence}")
     if not is_whole:
@@ -117,14 +116,14 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     if as_json:
         click.echo(json.dumps({axis: r.summary() for axis, r in ranked.ranks.items()}, indent=2))
         return
-    table = Table("axis", "rank", "null", "weak", "condition", "round-off", "smallest", title=ranked.title)
+    say(ranked.title)
+    rows: list[tuple[str, ...]] = [("axis", "coefficients", "not unique", "ill-conditioned", "condition number")]
     for axis, r in ranked.ranks.items():
-        smallest = " ".join(f"{s:.0e}" for s in r.singular_values[max(0, r.rank - 2) :])
-        counts = (f"{r.rank}/{r.columns}", str(r.null_dimension), str(r.rank - r.practical_rank))
-        table.add_row(axis, *counts, f"{r.condition:.1e}", f"{r.threshold:.0e}", smallest)
-    console.print(table)
+        counts = (r.columns, r.null_dimension, r.rank - r.practical_rank)
+        rows.append((axis, *map(str, counts), f"{r.condition:.1e}"))
+    say_rows(rows)
     for line in ranked.lines:
-        say(line)
+        say_rows([(line,)], indent="")
 
 
 @click.command(epilog="Example: bayesub bench --quick")
@@ -139,70 +138,51 @@ def bench(quick: bool, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(numbers, indent=2))
         return
-    for table in tables(numbers):
-        console.print(table, soft_wrap=isinstance(table, str))
+    for title, rows in tables(numbers).items():
+        say(title)
+        say_rows(rows)
 
 
-def tables(numbers: dict[str, Any]) -> list[Table | str]:
-    """Tables and text of what :func:`bayesub.study.before.bench.run` returns."""
+def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
+    """Title -> rows, heads first, of what :func:`bayesub.study.before.bench.run` returns; a title may be all."""
     n, alone = numbers["batch"], {r["threads"]: r["seconds"] for r in numbers["log_likelihoods"] if r["noise"] is None}
-    shown: list[Table | str] = [
-        _table(
-            f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}",
-            ("batch", "time", "per simulation", "simulations/s", "memory"),
-            [
-                (
-                    str(b["size"]),
-                    f"{1e3 * b['seconds']:.3g} ms",
-                    f"{1e6 * b['seconds'] / b['size']:.1f} us",
-                    f"{b['size'] / b['seconds']:,.0f}",
-                    f"{b['bytes'] / 1e6:.2f} MB",
-                )
-                for b in numbers["batches"]
-            ],
-        ),
-        _table(
-            "Number of coefficients, batch of 64",
-            ("coefficients not zero", "per simulation"),
-            [(str(row["coefficients"]), f"{1e6 * row['seconds']:.1f} us") for row in numbers["non_zero"]],
-        ),
-        _table(
-            "Exact sensitivities",
-            ("coefficients", "threads", "Jacobian", "simulations"),
-            [
-                (
-                    str(row["coefficients"]),
-                    str(row["threads"]),
-                    f"{1e3 * row['seconds']:.2f} ms",
-                    f"{row['seconds'] / alone[row['threads']] * n:.0f}",
-                )
+    shown: dict[str, list[tuple[str, ...]]] = {
+        f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}": [
+            ("batch", "ms", "us a simulation", "simulations/s", "MB"),
+            *(_batch(b["size"], b["seconds"], b["bytes"]) for b in numbers["batches"]),
+        ],
+        "Number of coefficients, batch of 64": [
+            ("coefficients not zero", "us a simulation"),
+            *((str(row["coefficients"]), f"{1e6 * row['seconds']:.1f}") for row in numbers["non_zero"]),
+        ],
+        "Exact sensitivities": [
+            ("coefficients", "threads", "ms a Jacobian", "in simulations"),
+            *(
+                (str(row["coefficients"]), *_timed(row, f"{row['seconds'] / alone[row['threads']] * n:.0f}"))
                 for row in numbers["jacobians"]
-            ],
-        ),
-        _table(
-            f"Log likelihoods, batch of {n}",
-            ("noise", "threads", "batch", "over the simulations alone"),
-            [
-                (
-                    row["noise"] or "simulations alone",
-                    str(row["threads"]),
-                    f"{1e3 * row['seconds']:.2f} ms",
-                    f"{row['seconds'] / alone[row['threads']]:.2f}",
-                )
+            ),
+        ],
+        f"Log likelihoods, batch of {n}": [
+            ("noise", "threads", "ms a batch", "over the simulations alone"),
+            *(
+                (row["noise"] or "simulations alone", *_timed(row, f"{row['seconds'] / alone[row['threads']]:.2f}"))
                 for row in numbers["log_likelihoods"]
-            ],
-        ),
-    ]
+            ),
+        ],
+    }
     if "cold_s" in numbers:
-        shown.append(f"first simulation: {numbers['cold_s']:.1f} s with compilation, {numbers['warm_s']:.1f} s without")
+        cold, warm = numbers["cold_s"], numbers["warm_s"]
+        shown[f"first simulation: {cold:.1f} s with compilation, {warm:.1f} s without"] = []
     if "compilation" in numbers:
-        seconds = [(name, f"{taken:.2f} s") for name, taken in numbers["compilation"].items()]
-        shown.append(_table("Compilation, from an empty cache", ("what", "processor time"), seconds))
+        seconds = [(name, f"{taken:.2f}") for name, taken in numbers["compilation"].items()]
+        shown["Compilation, from an empty cache"] = [("what", "s of a processor"), *seconds]
     return shown
 
 
-def _table(title: str, header: Iterable[str], rows: Iterable[Iterable[str]]) -> Table:
-    table = Table(*header, title=title)
-    for row in rows:
-        table.add_row(*row)
-    return table
+def _batch(size: int, seconds: float, n_bytes: int) -> tuple[str, ...]:
+    each = (f"{1e3 * seconds:.3g}", f"{1e6 * seconds / size:.1f}", f"{size / seconds:,.0f}", f"{n_bytes / 1e6:.2f}")
+    return str(size), *each
+
+
+def _timed(row: dict[str, Any], ratio: str) -> tuple[str, str, str]:
+    return str(row["threads"]), f"{1e3 * row['seconds']:.2f}", ratio

@@ -8,8 +8,8 @@ import click
 
 from bayesub.cli.arguments import KIND, PATH
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, printable
-from bayesub.io.terminal import say
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import aligned, say
 
 if TYPE_CHECKING:
     from bayesub.logs.conversion import Conversion
@@ -71,12 +71,12 @@ def column_lines(conversion: "Conversion") -> list[str]:
     """A line for each column: cells, range, signal."""
     import numpy as np
 
-    lines, width = [], max(map(len, conversion.columns))
+    rows = []
     for name, cells in conversion.columns.items():
         filled = cells[np.isfinite(cells)]
         extent = f"{filled.min():.6g} .. {filled.max():.6g}"
-        lines.append(f"  {name:<{width}} {len(filled):>7} cells  {extent:<24} {conversion.sources[name]}")
-    return lines
+        rows.append((name, f"{len(filled)} cells", extent, conversion.sources[name]))
+    return aligned(rows)
 
 
 def signal_lines(log: "VehicleLog") -> list[str]:
@@ -93,8 +93,7 @@ def signal_lines(log: "VehicleLog") -> list[str]:
             [f"{t - zero:.6g}" for t in (signal.times.min(), signal.times.max())] if len(signal.times) else ["-", "-"]
         )
         rate = f"{1.0 / signal.interval:.3g}" if signal.interval > 0 else "-"
-        rows.append((printable(name), printable(signal.unit or "-"), str(len(values)), rate, *span, *ends))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines += ["  " + "  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+        rows.append((name, signal.unit or "-", str(len(values)), rate, *span, *ends))
+    lines += aligned(rows)
     lines += [f"  times count from {_zero(zero).removeprefix('0 s is ')}"] if zero else []
     return lines + [f"  note: {remark}" for remark in log.remarks]

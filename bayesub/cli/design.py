@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from bayesub.cli.arguments import PATH, VEHICLE, dask_option, force_option, seed_option
+from bayesub.cli.arguments import PATH, VEHICLE, dask_option, force_option, plane, seed_option
+from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
 
@@ -62,11 +63,7 @@ from bayesub.io.terminal import INTERRUPTED, Bars, complain, say
     help="Manoeuvres to judge in place of minutes, for a result that does not depend on the speed of the machine.",
 )
 @seed_option
-@click.option(
-    "--subproblem",
-    type=click.Choice(["horizontal", "vertical"]),
-    help="Plane to confine the motion to; if left out, none.",
-)
+@subproblem_option
 @click.option(
     "--resume", is_flag=True, help="Continue an interrupted search, bit for bit, or a finished one for longer."
 )
@@ -81,9 +78,10 @@ def design(
     resume: bool,
     force: bool,
     dask: str,
+    subproblem: str | None,
     **asked: Any,
 ) -> None:
-    """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that tells most, within limits.
+    """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that determines most, within limits.
 
     It writes manoeuvre.csv, which `bayesub simulate` and an autopilot fly, design.json, and a page design.html: orders,
     track, margins to the limits, what each coefficient will be known to, and what stays out of reach whatever is flown.
@@ -98,7 +96,7 @@ def design(
     if minutes is not None and judgements is not None:
         raise InputError("--minutes and --judgements exclude each other", "conflict", "--minutes")
     asked |= {"wanted": wanted or (DEFAULT,), "minutes": minutes or MINUTES, "judgements": judgements}
-    request = Request(vehicle, **asked)
+    request = Request(vehicle, **asked, **plane(subproblem))
     try:
         with executor_of(dask) as executor, Bars() as bars:
             design_trial(request, output, resume=resume, force=force, progress=bars, executor=executor)

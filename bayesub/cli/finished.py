@@ -5,10 +5,10 @@ from typing import Any
 
 import click
 
-from bayesub.cli.arguments import MANOEUVRE, PATH, of_predictions, page_folder, pdf_option, plane
+from bayesub.cli.arguments import MANOEUVRE, PATH, of_predictions, page_folder, pdf_option, plane, verbose_option
 from bayesub.cli.arguments import subproblem as subproblem_option
-from bayesub.cli.run import end, tell
-from bayesub.io.terminal import Bars, say
+from bayesub.cli.outcome import end, tell
+from bayesub.io.terminal import Bars, say, say_rows
 
 FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs")
 
@@ -25,7 +25,8 @@ FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "m
     metavar="FILE",
     help="Script to draw with, for the run of a script that is not where it was, or has changed.",
 )
-def report(folder: Path, pdf: bool, study: Path | None, run_code: bool) -> None:
+@verbose_option
+def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose: bool) -> None:
     """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere.
 
     No code runs that lies in the folder or that it names, unless --run-code is given: the run of a script needs it, or
@@ -33,8 +34,9 @@ def report(folder: Path, pdf: bool, study: Path | None, run_code: bool) -> None:
     """
     from bayesub.study.after.finished_run import redraw
 
-    result = redraw(folder, study=study, run_code=run_code, pdf=pdf)
-    tell(result)
+    with Bars() as bars:
+        result = redraw(folder, study=study, run_code=run_code, pdf=pdf, progress=bars)
+    tell(result, verbose=verbose)
     end(result.verdict)
 
 
@@ -54,14 +56,14 @@ def export(run: Path, output: Path, wanted: str | None) -> None:
     The exit status is that of the verdict on the run.
     """
     from bayesub.study.after import export as exports
-    from bayesub.study.after.knowledge import normality_of
 
-    with Bars() as bars:
-        bars.stage("read the run and write")
-        finished = exports.export(run, output, wanted)
-    kind = exports.FORMATS[exports.format_of(output, wanted)]
-    say(f"{output}: {kind.meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
-    say(normality_of(finished).sentence)
+    finished = exports.export(run, output, wanted)
+    name = exports.format_of(output, wanted)
+    say(f"{output}: {exports.FORMATS[name].meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
+    if name == "vehicle":  # which is a normal distribution
+        from bayesub.study.after.knowledge import normality_of
+
+        say_rows([(normality_of(finished).sentence,)], indent="")
     if finished.doubt:
         say(finished.doubt)
     end(finished.verdict)
@@ -160,6 +162,5 @@ def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
 
 def _tell(numbers: dict[str, Any], page: Path) -> None:
     """Say what a page says."""
-    for topic, sentence in numbers["sentences"].items():
-        say(f"{topic}: {sentence}")
+    say_rows(numbers["sentences"].items(), indent="")
     say(f"page: {page}")

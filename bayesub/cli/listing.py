@@ -5,11 +5,10 @@ from pathlib import Path
 
 import click
 from click import shell_completion
-from rich.table import Table
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, nearest
-from bayesub.io.terminal import console
+from bayesub.io.errors import InputError, check_known
+from bayesub.io.terminal import say, say_rows
 
 KINDS = ("equations", "vehicles", "manoeuvres", "logs", "studies")
 
@@ -23,8 +22,8 @@ def _kinds(_ctx, _param, incomplete: str) -> list[str]:
 @click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
 def list_(what: str, as_json: bool) -> None:
     """List what is built in, the studies of the folder `studies`, and which of their runs in `figures` are current."""
-    if what and what not in KINDS:
-        raise InputError(f"cannot list '{what}'{nearest(what, KINDS)}; expected {', '.join(KINDS)}", "unknown", what)
+    if what:
+        check_known(what, KINDS, f"cannot list '{what}'", hint=f"expected {', '.join(KINDS)}")
     listings = {"equations": _equations, "logs": _logs, "studies": _studies}
     kinds = [what] if what else KINDS
     entries = {kind: listings[kind]() if kind in listings else _built_in(kind) for kind in kinds}
@@ -33,11 +32,9 @@ def list_(what: str, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(entries, indent=2))
         return
-    for kind, texts in entries.items():
-        table = Table(title=kind.capitalize(), title_justify="left", show_header=False, box=None, pad_edge=False)
-        for name, text in texts.items():
-            table.add_row(name, text)
-        console.print(table)
+    for n, (kind, texts) in enumerate(entries.items()):
+        say("\n" * (n > 0) + kind.capitalize())
+        say_rows(texts.items())
 
 
 def _built_in(kind: str) -> dict[str, str]:

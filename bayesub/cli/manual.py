@@ -3,13 +3,15 @@
 import io
 import re
 import sys
+import unicodedata
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
 import click
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import check_known
+from bayesub.io.terminal import aligned
 
 FOLDER = Path(str(resources.files("bayesub"))) / "manual"
 KINDS = {
@@ -21,6 +23,19 @@ KINDS = {
 WIDTH = 100
 
 _HEAD = re.compile(r"^(?:<!--|%) *(\w+): *(.+?) *(?:-->)?$")
+_MATHS = re.compile(r"```.*?```|`[^`]*`|^\$\$\n(.*?)^\$\$$|\$(\S[^$\n]*?)\$", re.DOTALL | re.MULTILINE)
+_SIGNS = {
+    "times": "×",
+    "cdot": "·",
+    "int": "∫",
+    "sum": "Σ",
+    "le": "≤",
+    "ne": "≠",
+    "mid": "|",
+    "partial": "∂",
+    "sqrt": "√",
+}
+_SIGNS |= {"dot": "\u0307", "ddot": "\u0308", "_": "_", ",": " ", ";": " ", "quad": " "}
 _COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 
 
@@ -60,17 +75,25 @@ def _topics(_ctx, _param, incomplete: str) -> list[str]:
 @click.command(epilog="Example: bayesub manual own-log")
 @click.argument("topic", default="", metavar="[TOPIC]", shell_complete=_topics)
 @click.option("--path", "show_path", is_flag=True, help="Print where the page is instead; without TOPIC, the folder.")
-def manual(topic: str, show_path: bool) -> None:
+@click.option("--site", metavar="DIR", help="Write all pages, the studies and reports as a site into the folder DIR.")
+@click.option("--reports", metavar="DIR", help="With --site: a folder of runs whose reports the site shows too.")
+def manual(topic: str, show_path: bool, site: str | None, reports: str | None) -> None:
     """List the pages of the manual, or show the page TOPIC in the pager; the beginning of its name is enough.
 
     If the output is not a terminal the page is printed as Markdown.
     """
     by_topic = pages()
+    if site:
+        from bayesub.cli import site as site_writer
+
+        n_pages = site_writer.write(Path(site), by_topic, Path(reports) if reports else None)
+        click.echo(f"{site}: {n_pages} pages; python3 -m http.server -d {site} shows them at http://localhost:8000")
+        return
     begun = [name for name in by_topic if name.startswith(topic)]
     topic = begun[0] if topic and topic not in by_topic and len(begun) == 1 else topic
-    if topic and topic not in by_topic:
-        text = f"the manual has no page '{topic}'{nearest(topic, by_topic)}; bayesub manual lists all {len(by_topic)}"
-        raise InputError(text, "unknown", topic)
+    if topic:
+        hint = f"the {len(by_topic)} pages are listed by bayesub manual"
+        check_known(topic, by_topic, f"the manual has no page '{topic}'", hint=hint)
     if show_path:
         click.echo(by_topic[topic].path if topic else FOLDER)
     elif not topic:
@@ -78,17 +101,16 @@ def manual(topic: str, show_path: bool) -> None:
     elif sys.stdout.isatty():
         click.echo_via_pager(_rendered(by_topic[topic]))
     else:
-        click.echo(by_topic[topic].text.strip())
+        click.echo(_in_letters(by_topic[topic].text.strip()))
 
 
 def _listed(by_topic: dict[str, Page]) -> list[str]:
     """The list of pages, a line each, grouped by kind."""
-    width = max(map(len, by_topic))
     lines: list[str] = []
     for kind, title in KINDS.items():
-        lines += ["", title] if lines else [title]
-        lines += [f"  {page.topic:<{width}}  {page.summary}" for page in by_topic.values() if page.kind == kind]
-    return [*lines, "", "bayesub manual TOPIC shows a page."]
+        pages_of_kind = [(page.topic, page.summary) for page in by_topic.values() if page.kind == kind]
+        lines += [title, *aligned(pages_of_kind), ""]
+    return [*lines, "bayesub manual TOPIC shows a page."]
 
 
 def _rendered(page: Page) -> str:
@@ -101,5 +123,35 @@ def _rendered(page: Page) -> str:
     paper = io.StringIO()
     console = Console(file=paper, force_terminal=True)
     console.width = min(console.width, WIDTH)
-    console.print(Markdown(page.text, hyperlinks=False))
+    console.print(Markdown(_in_letters(page.text), hyperlinks=False))
     return paper.getvalue()
+
+
+def _in_letters(text: str) -> str:
+    """A page with its formulas of LaTeX in letters, for readers without a browser; those on their own lines as code."""
+    return _MATHS.sub(lambda maths: _displayed(maths[1]) if maths[1] else _formula(maths[2] or "") or maths[0], text)
+
+
+def _displayed(formulas: str) -> str:
+    lines = [line for line in formulas.replace("\\\\", "").splitlines() if "{align*}" not in line]
+    rows = [[_formula(cell.replace("&", "")).strip() for cell in line.split("&&")] for line in lines]
+    return "\n".join(f"    {'   '.join(row[:-1]):<80}  {row[-1]}" if row[1:] else f"    {row[0]}" for row in rows)
+
+
+def _formula(latex: str) -> str:
+    r"""A formula in letters of Unicode: ``\dot x = \sin\psi^2`` becomes ẋ = sin ψ²."""
+    from bayesub.io.words import powers
+
+    text = re.sub(r"\\(?:mathbf|text|operatorname)\{([^}]*)\}", r"\1", latex)
+    text = re.sub(r"\\(d?dot)\{?\s*(\\?[A-Za-z]+?)(?![A-Za-z])\}?", r"\2\\\1", text)
+    text = re.sub(" +", " ", re.sub(r"\\([A-Za-z]+|[,;_])( ?)", _sign, text))
+    return powers(re.sub(r"[_^]\{(.*?)\}", lambda part: part[0][0] + part[1], text).replace("{", "(").replace("}", ")"))
+
+
+def _sign(command: re.Match[str]) -> str:
+    name, space = command.groups()
+    case = "CAPITAL" if name[0].isupper() else "SMALL"
+    try:
+        return (_SIGNS.get(name) or unicodedata.lookup(f"GREEK {case} LETTER {name.upper()}")) + space
+    except KeyError:  # a function
+        return f"{name} "

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import click
 
-from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE
+from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import say
 
 
-@click.group(epilog="Example: bayesub new vehicle myboat")
+@click.group(cls=NamingGroup, epilog="Example: bayesub new vehicle myboat")
 def new() -> None:
     """Write a commented template: equations, a vehicle of your own, its hull, a map of its logs, a study, or limits."""
 
@@ -19,7 +19,7 @@ def new() -> None:
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
 @click.option("--from", "source", **EQUATIONS, help="Start from a copy of this set (built-in name or TOML).")
 def equations(name: str, output: Path | None, source: str | None) -> None:
-    """Write an equation file with every key and a short set as an example."""
+    """Write an equation file with every key and an example."""
     from bayesub.study.new import files
 
     path = output or Path(f"{name}.toml")
@@ -34,9 +34,10 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
 @click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
 @click.option("--equations", **EQUATIONS, help="Whose coefficients it has (built-in name or TOML); booth if left out.")
 def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None, equations: str | None) -> None:
-    """Write a vehicle file with every key and all coefficients of its equations; what is unknown is zero.
+    """Write a vehicle file with every coefficient of its equations.
 
-    With a geometry, added masses and what follows from them are estimated, each with its uncertainty and source.
+    It has every key, and what is unknown is zero. With a geometry, added masses and what follows from them are
+    estimated, each with its uncertainty and source.
     """
     from bayesub.model.equations.files import DEFAULT
     from bayesub.model.hulls import load_hull
@@ -57,7 +58,10 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
 @click.argument("name")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME_hull.toml if left out.")
 def geometry(name: str, output: Path | None) -> None:
-    """Write a hull geometry file, to be filled in and given to `bayesub new vehicle --geometry`."""
+    """Write a hull geometry file, for added masses.
+
+    It is to be filled in and given to `bayesub new vehicle --geometry`.
+    """
     from bayesub.study.new import files
 
     path = output or Path(f"{name}_hull.toml")
@@ -69,7 +73,10 @@ def geometry(name: str, output: Path | None) -> None:
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; KIND_map.toml if left out.")
 @click.option("--data", type=PATH, metavar="LOG", help="List the signals of this log in it.")
 def map_(kind: str, output: Path | None, data: Path | None) -> None:
-    """Write a map for `bayesub convert KIND`: which signal of a vehicle's log becomes which column, with an example."""
+    """Write a map of a vehicle's log, for `bayesub convert`.
+
+    It says which signal becomes which column, with an example of the KIND.
+    """
     from bayesub.study.new import files
 
     path = output or Path(f"{kind}_map.toml")
@@ -79,18 +86,25 @@ def map_(kind: str, output: Path | None, data: Path | None) -> None:
 @new.command(epilog="Example: bayesub new study mytrial --vehicle myboat.toml --data trial.csv")
 @click.argument("name")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; NAME.toml if left out.")
-@click.option("--vehicle", **VEHICLE, required=True, help="Built-in name or TOML.")
+@click.option("--vehicle", **VEHICLE, help="Built-in name or TOML.")
 @click.option("--manoeuvre", **MANOEUVRE, help="Simulate this one and measure it.")
 @click.option("--data", type=PATH, metavar="LOG", help="Read this log (CSV) instead.")
-def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, data: Path | None) -> None:
-    """Write a study file, of a simulated manoeuvre or of a log, with a sensor for each of its columns."""
+def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | None, data: Path | None) -> None:
+    """Write a study file, of a manoeuvre or of a log.
+
+    A manoeuvre is simulated and its track measured; of a log there is a sensor for each column.
+    """
     from bayesub.model.manoeuvres import load_manoeuvre
     from bayesub.model.vehicles import load_vehicle
     from bayesub.study.new.study import of_log, simulated
 
-    if (manoeuvre is None) == (data is None):
-        text = "a study needs one of --manoeuvre and --data"
-        raise InputError(text, "missing" if data is None else "conflict", "--data")
+    one = manoeuvre is not None or data is not None
+    if vehicle is None or not one:
+        needed = "--vehicle" * (vehicle is None) + " and " * (vehicle is None and not one)
+        needed += "one of --manoeuvre and --data" * (not one)
+        raise InputError(f"a study needs {needed}", "missing", "--data" if vehicle else "--vehicle")
+    if manoeuvre is not None and data is not None:
+        raise InputError("--manoeuvre and --data exclude each other", "conflict", "--data")
     path = output or Path(f"{name}.toml")
     boat = load_vehicle(vehicle)
     if data is not None:
@@ -104,7 +118,10 @@ def study(name: str, output: Path | None, vehicle: str, manoeuvre: str | None, d
 @new.command(epilog="Example: bayesub new limits -o limits.toml")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; limits.toml if left out.")
 def limits(output: Path | None) -> None:
-    """Write the limits of boat, crew and range for `bayesub design`, with every key."""
+    """Write the limits of a trial, for `bayesub design`.
+
+    They are those of boat, crew and range, with every key.
+    """
     from bayesub.study.new import files
 
     path = output or Path("limits.toml")

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bayesub.cli.arguments import PATH, dask_option, pdf_option
+from bayesub.cli.arguments import PATH, dask_option, pdf_option, verbose_option
+from bayesub.cli.outcome import end, tell
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, duration, say
+from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, duration, say, say_rows
 
 if TYPE_CHECKING:
     from bayesub.study.run.result import StudyResult
@@ -35,8 +36,9 @@ if TYPE_CHECKING:
 )
 @pdf_option
 @dask_option
+@verbose_option
 @click.option("--json", "as_json", is_flag=True, help="Only the results, as JSON.")
-def run(source: Path, output: Path | None, as_json: bool, dask: str, **options: bool) -> None:
+def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bool, **options: bool) -> None:
     """Run a STUDY: TOML (simulate, fit, sample, report) or Python script (compute, draw, judge its claims).
 
     Given a FOLDER, run every study in it, each into a folder of its own under DIR. Those that are done and not stale
@@ -57,9 +59,9 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, **options: 
     try:
         with executor_of(dask) as executor:
             if source.is_dir():
-                results = _run_folder(source, output or Path("runs"), options, executor)
+                results = _run_folder(source, output or Path("runs"), options, executor, verbose)
             else:
-                results = [_run_file(source, output, options, executor)]
+                results = [_run_file(source, output, options, executor, verbose)]
     except RunInterrupted as error:
         kept = ("quick", "cross_check", "leave_out", "pdf", "keep_stale")
         words = [f"--{key.replace('_', '-')}" for key in kept if options[key]] + (["--dask", dask] if dask else [])
@@ -67,11 +69,12 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, **options: 
         again = ["bayesub", "run", str(source), "-o", folder, *words, *([] if source.is_dir() else ["--resume"])]
         complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     if as_json:
-        click.echo(json.dumps([result.to_json() for result in results], indent=2))
+        found = [result.to_json() | {"glance": result.numbers.get("glance")} for result in results]
+        click.echo(json.dumps(found, indent=2))
     end(worst(result.verdict for result in results))
 
 
-def _run_file(file: Path, output: Path | None, options: dict[str, bool], executor) -> "StudyResult":
+def _run_file(file: Path, output: Path | None, options: dict[str, bool], executor, verbose: bool) -> "StudyResult":
     """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
     from bayesub.study.run.run import read, run
 
@@ -79,40 +82,12 @@ def _run_file(file: Path, output: Path | None, options: dict[str, bool], executo
     with Bars() as bars:
         given = {key: value for key, value in options.items() if key != "quick"}
         result = run(study, output or Path("runs") / study.name, **given, progress=bars, executor=executor)
-    tell(result)
+    tell(result, verbose=verbose)
     return result
 
 
-def tell(result: "StudyResult") -> None:
-    """Say what came of a run; what was predicted and the verdict come last."""
-    from bayesub.findings.verdicts import in_words
-
-    for shortcoming in result.shortcomings:
-        say(f"{result.verdict}: {shortcoming}")
-    sentences = dict(result.sentences)
-    prediction = sentences.pop("prediction", "")
-    for topic, sentence in sentences.items():
-        gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
-        unusable = " (not to be used)" if topic == "answer" and not result.good else ""
-        say(f"{topic.replace('_', ' ')}{unusable}:{gap}{sentence}")
-    say(f"report: {result.report}" if result.report else f"figures and numbers: {result.folder}")
-    if prediction:
-        say(f"prediction: {prediction}")
-    say(in_words(result.verdict, [result.text] if result.text else []))
-
-
-def end(verdict: str) -> None:
-    """End the command with the status of a verdict, if it is not a good one."""
-    from bayesub.findings.verdicts import STATUS
-
-    if STATUS[verdict]:
-        raise click.exceptions.Exit(STATUS[verdict])
-
-
-def _run_folder(source: Path, output: Path, options: dict[str, bool], executor) -> list["StudyResult"]:
+def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, verbose: bool) -> list["StudyResult"]:
     """Run the studies of a folder, each into a folder of its own under `output`, and list them on a page there."""
-    from rich.table import Table
-
     from bayesub.study.run import runs
     from bayesub.study.run.run import run_unless_done
 
@@ -121,14 +96,15 @@ def _run_folder(source: Path, output: Path, options: dict[str, bool], executor) 
         say(f"{n} of {len(folders)}: {file}")
         with Bars() as bars:
             result, sentence = run_unless_done(file, folder, options, bars, executor)
-        say(sentence) if sentence else tell(result)
+        say(sentence) if sentence else tell(result, verbose=verbose)
         results.append(result)
         if output.is_dir():
             runs.write_index(output, results)
-    table = Table("verdict", "study", "time", "folder", box=None, pad_edge=False)
-    for result in results:
-        table.add_row(result.verdict.upper(), result.name, duration(result.seconds), result.folder)
-    console.print(table)
+    say_rows(
+        [("verdict", "study", "time", "folder")]
+        + [(result.verdict.upper(), result.name, duration(result.seconds), result.folder) for result in results],
+        indent="",
+    )
     if (output / runs.INDEX).exists():
         say(f"index: {output / runs.INDEX}")
     return results

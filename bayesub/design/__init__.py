@@ -1,1 +1,1 @@
-"""Design of trials: which manoeuvre tells most about a boat, within limits that it and its crew have."""
+"""Design of trials: which manoeuvre determines most of a boat, within limits that it and its crew have."""

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from bayesub.design.limits import Limits
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import check_known
 from bayesub.logs import log_files
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import Manoeuvre, of_inputs
@@ -78,15 +78,13 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     members = {m.column: m for m in vehicle.actuators.members if m.short in vehicle.inputs and m.column != RPM}
     given, expected = limits.of_controls, [f"{column}{rate}" for column in members for rate in ("", "ps")]
     for key in given:
-        if key not in expected:
-            text = f"limits: '{key}' is no limit and no control of '{vehicle.name}'{nearest(key, expected)}"
-            raise InputError(text, "unknown", key)
+        check_known(key, expected, f"limits: '{key}' is no limit and no control of '{vehicle.name}'")
     moved = []
     for column, member in members.items():
         factor = log_files.si_factor(column)
         largest = min(member.limit, given.get(column, np.inf) * factor)
         rate = min(np.inf if member.rate is None else member.rate, given.get(f"{column}ps", np.inf) * factor)
-        if np.isfinite(largest):  # and not the density of the water, or a tank of which nobody says how large it is
+        if np.isfinite(largest):  # and not the density of the water, or a tank of unknown size
             moved.append(Control(column, member.rest, member.zero - largest, member.zero + largest, rate))
     steady = vehicle.rpm_per_mps * vehicle.speed_mps
     low, high = (0.01 * percent * steady for percent in (limits.min_rpm_percent, limits.max_rpm_percent))

@@ -1,7 +1,7 @@
 """What a trial will tell of the coefficients, before it is flown: expected standard deviations, criteria and goals.
 
 All matrices are in prior standard deviations of the coefficients, so that the prior precision is the identity unless an
-earlier trial has sharpened it. Criteria are those of optimal experiment design (Goodwin & Payne 1977, Morelli 2016).
+earlier trial has narrowed it. Criteria are those of optimal experiment design (Goodwin & Payne 1977, Morelli 2016).
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +27,7 @@ class Information:
     gram: np.ndarray  # (n, n), Fisher information of the readings, all else integrated out
 
     def __add__(self, other: "Information") -> "Information":
-        """What two independent trials of the same boat tell together."""
+        """The joint information of two independent trials of the same boat."""
         return replace(self, gram=self.gram + other.gram)
 
     @cached_property
@@ -65,7 +65,7 @@ class Information:
 
     @property
     def n_sharper(self) -> int:
-        """Number of directions in which the data are sharper than the prior."""
+        """Number of directions that the data determine better than the prior."""
         return int(np.count_nonzero(self.singular_values > 1.0))
 
     @property

@@ -101,7 +101,7 @@ class Judge:
         )  # fmt: skip
 
     def information(self, manoeuvre: Manoeuvre) -> list[Information]:
-        """What a manoeuvre will tell, at each of :attr:`sets`."""
+        """The expected information of a manoeuvre, at each of :attr:`sets`."""
         return Sensed(self, manoeuvre, self.step_s or self.accurate_step(manoeuvre)).information()
 
     def accurate_step(self, manoeuvre: Manoeuvre) -> float:
@@ -117,7 +117,7 @@ class Judge:
         return step
 
     def empty(self) -> Information:
-        """What is known before any trial."""
+        """The information of the prior, before any trial."""
         return self._information(np.zeros((len(self.names), len(self.names))))
 
     def _information(self, gram) -> Information:

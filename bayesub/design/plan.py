@@ -1,6 +1,6 @@
 """The plan of a design: every family of manoeuvres briefly, the two best for longer, then free curves from the best.
 
-A family that is searched on continues its own search (:func:`bayesub.design.search.search`): the optimiser is told the
+A family that is searched on continues its own search (:func:`bayesub.design.search.search`): the optimiser gets the
 costs on file again, and goes on where it was. Zig-zags have few numbers and are good soon; curves that begin as the
 best zig-zag, with many numbers, become better than it in ten times as many judgements.
 """
@@ -19,7 +19,7 @@ from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
 from bayesub.design.search import Cost, Found, search
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
@@ -27,7 +27,7 @@ from bayesub.model.vehicles import Vehicle
 Mapped = Callable[..., Iterable]
 AUTOPILOT, HELMSMAN = ("standard", "curves", "multisines"), ("steps",)  # the soonest good one first
 AMPLITUDES = (0.1, 0.3, 1.0)  # shares of the range of the controls, of manoeuvres that are tried before any search
-SAME = 1e-3  # relative change of an expected sd below which the readings tell nothing
+SAME = 1e-3  # relative change of an expected sd below which the readings say nothing
 _TIMED = 4  # judgements, of each process, by which the pace is measured
 _LEAST = 120  # judgements of a family: its starts and some generations
 REFINED = "refined"  # curves that begin as the best manoeuvre of any family
@@ -41,9 +41,7 @@ def kinds(limits: Limits, asked: Sequence[str] = ()) -> tuple[str, ...]:
     Of none those that a helmsman or an autopilot can follow.
     """
     for kind in asked:
-        if kind not in KINDS:
-            text = f"--family {kind}: unknown{nearest(kind, KINDS)}; expected {', '.join(KINDS)}"
-            raise InputError(text, "unknown", "--family")
+        check_known(kind, KINDS, f"--family {kind}: unknown", hint=f"expected {', '.join(KINDS)}", key="--family")
         if limits.orders_an_hour is not None and kind not in HELMSMAN:
             what = f"--family {kind} contradicts orders_an_hour of the limits, which a helmsman follows in steps"
             raise InputError(f"{what}; leave one of them out", "conflict", "--family")
@@ -73,7 +71,7 @@ def tried(families: Iterable[Family], rng: np.random.Generator) -> list[Manoeuvr
 
 
 def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: dict[str, np.ndarray]) -> None:
-    """InputError if the readings tell nothing of a quantity, or of any coefficient, whatever is flown of these.
+    """InputError if the readings do not depend on a quantity, or of any coefficient, whatever is flown of these.
 
     Gradients (n,) of coefficients or quantities by the coefficients are given by name; none for criteria of all.
     """
@@ -82,14 +80,14 @@ def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: 
     for name, gradient in gradients.items():
         if all(i.sd_of(gradient) > (1.0 - SAME) * i.prior_sd_of(gradient) for i in judged):
             raise InputError(
-                f"design: the sensors ({channels}) tell nothing of {name}: on none of {len(judged)} manoeuvres of any "
-                "size is it known better than before; give other sensors, or ask for something else",
+                f"design: the sensors ({channels}) say nothing about {name}: on none of {len(judged)} manoeuvres of "
+                "any size is it known better than before; give other sensors, or ask for something else",
                 "data",
                 name,
             )
     if not any(i.singular_values[0] > SAME for i in judged):
         raise InputError(
-            f"design: the sensors ({channels}) tell nothing of any coefficient on {len(judged)} manoeuvres of any "
+            f"design: the sensors ({channels}) say nothing about any coefficient on {len(judged)} manoeuvres of any "
             "size; give other sensors",
             "data",
             "sensors",
@@ -124,7 +122,7 @@ def at_knots(family: Family, manoeuvre: Manoeuvre) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is to be searched."""
+    """The searches to be made."""
 
     judge: Judge
     range: Range

@@ -2,7 +2,7 @@
 
 The optimiser is the covariance matrix adaptation of a kept library, with a diagonal matrix (Ros & Hansen 2008): there
 are a hundred numbers and more, and a generation asks for a dozen or two of manoeuvres at once. It depends on nothing
-but its seed and the costs that it has been told, so that a search continues from the costs on file.
+but its seed and the costs that it has been given, so that a search continues from the costs on file.
 """
 
 from collections.abc import Callable, Iterable
@@ -127,13 +127,13 @@ def search(
         if optimiser.should_stop():
             break
     if least >= OUTSIDE:
-        what = f"design: none of {costs.n} manoeuvres keeps the limits for all boats that are asked to"
+        what = f"design: none of {costs.n} manoeuvres keeps the limits for the required share of boats"
         raise InputError(f"{what}; widen the limits, lower share_of_draws, or shorten the trial", "conflict", "limits")
     return Found(numbers, float(least), costs.n, np.array(history))
 
 
 class _Costs:
-    """The costs of manoeuvres, taken from a file as far as it goes and written there."""
+    """The costs of manoeuvres, taken from a file where it has them, and written there."""
 
     def __init__(self, cost, mapped, saved):
         self._cost, self._mapped, self._saved, self.n = cost, mapped, saved, 0

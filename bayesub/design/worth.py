@@ -22,20 +22,20 @@ WIDEST = 1e6  # of a bracket about the sd that half of the gain takes, over the 
 
 @dataclass(frozen=True)
 class SensorWorth:
-    """What one channel brings to a trial."""
+    """The information of one channel of a trial."""
 
     without: Information  # of all other channels
     alone: Information  # of this channel only
 
 
 def by_minute(judge: Judge, manoeuvre: Manoeuvre, minutes: Iterable[float]) -> dict[float, Information]:
-    """Minutes -> what the trial would have told if it had ended then."""
+    """Minutes -> what the trial would have determined had it ended then."""
     sensed = _sensed(judge, manoeuvre)
     return {minute: sensed.information(sensed.times <= 60.0 * minute)[0] for minute in minutes}
 
 
 def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, SensorWorth]:
-    """Channel -> what the trial tells without it, and by it alone."""
+    """Channel -> what the trial determines without it, and by it alone."""
     sensed = _sensed(judge, manoeuvre)
     worth = {}
     for channel, rows in sensed.rows.items():
@@ -48,7 +48,7 @@ def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, SensorWorth]:
 def further_sensors(
     judge: Judge, manoeuvre: Manoeuvre, extra: Mapping[str, Sensor | Iterable[Sensor]]
 ) -> dict[str, Information]:
-    """Name -> what the trial tells with one more sensor, or instrument, in place of those that read the same."""
+    """Name -> what the trial determines with one more sensor, or instrument, in place of those that read the same."""
     step = judge.step_s or judge.accurate_step(manoeuvre)
     worth = {}
     for name, sensors in extra.items():

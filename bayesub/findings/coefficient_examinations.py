@@ -20,7 +20,7 @@ AHEAD = {"u", "V", "U", "uc"}  # symbols that are positive in any flight ahead
 
 @dataclass(frozen=True)
 class CardWarning:
-    """What is unlike a boat."""
+    """A finding that is unlike a boat, with its remedy."""
 
     text: str  # what is wrong, with the numbers that show it
     remedy: str  # what to look at
@@ -95,7 +95,7 @@ def inertia(boat: Vehicle) -> Examination:
     moments = sorted((body["Ixx"], body["Iyy"], body["Izz"]))
     if spatial and moments[0] + moments[1] < moments[2] * (1.0 - 1e-9):
         found.warn(
-            "the moments of inertia are those of no body: one exceeds the sum of the others", "check their units"
+            "the moments of inertia are not those of a body: one exceeds the sum of the others", "check their units"
         )
     rotations = ("Iyy", "Izz") if spatial else ("Izz",)
     radii = {key: np.sqrt(body[key] / body["mass"]) / boat.length_m for key in rotations}

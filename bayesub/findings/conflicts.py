@@ -1,4 +1,4 @@
-"""Prior and data: where they disagree, how far off the guesses are, and what of a posterior hangs on the prior."""
+"""Prior and data: where they disagree, how far off the prior is, and what of a posterior depends on the prior."""
 
 from collections.abc import Sequence
 
@@ -12,6 +12,9 @@ from bayesub.problem.shared_scale import SharedScale
 
 DRAWS, FLOWN_DRAWS = 10_000, 2000  # at most; where the log likelihood needs simulations, of forces at knots
 PRIOR, LIKELIHOOD, BOTH = "prior", "likelihood", "both"
+HALF = 2.0**2 - 1.0  # precision that a prior half as wide adds, in units of its own
+FAR, NARROW = 0.5, 2.0 / 3.0  # changes of a mean, in sds, and of a width by such a prior from which they are quoted
+QUOTED = 5  # parameters that are named
 _EDGES = (0.05, 0.95)  # of the intervals that are quoted
 
 
@@ -64,7 +67,7 @@ def _scales(prior, names, draws):
 
 
 def sentences(numbers: dict) -> dict[str, str]:
-    """A sentence on the conflict, only where there is one, and one on the scale of the guesses if it is unknown."""
+    """A sentence on the conflict, only where there is one, and one on the scale of the prior if it is unknown."""
     found = numbers["conflict"]
     result = {"conflict": f"{_named(found)}{_REMEDY}"} if found["found"] else {}
     if found["scales"]:
@@ -73,36 +76,36 @@ def sentences(numbers: dict) -> dict[str, str]:
             low, high, first, last = (100.0 * edge for edge in (*row["interval"], *row["prior"]))
             of_which = f" of {', '.join(row['names'])}" if len(found["scales"]) > 1 else ""
             texts.append(
-                f"The guesses{of_which} are off by {100.0 * row['median']:.0f} % (sd of the logarithm, 90 % interval "
-                f"{low:.0f} to {high:.0f} %), where the prior said {first:.0f} to {last:.0f} %."
+                f"The centres of the prior{of_which} are off by {100.0 * row['median']:.0f} % (standard deviation of "
+                f"the logarithm; 90 % interval {low:.0f} to {high:.0f} %, possible were {first:.0f} to {last:.0f} %)."
             )
         result["guess"] = " ".join(texts)
     return result
 
 
 _REMEDY = (
-    " A right prior is called so in one study of a hundred: look for a wrong sign or unit, the scale or"
-    " clock of a sensor, the scale of a rudder or of the rpm; give the coefficient a prior"
-    ' of its own in [prior.given], or all a scale that the data inform (kind = "relative_hierarchical").'
+    " With a correct prior this happens in one study of a hundred: look for a wrong sign or unit, the scale or"
+    " clock of a sensor, the scale of a rudder or of the rpm; or give the coefficient a prior of its own in"
+    ' [prior.given], or give all coefficients a common scale that the data inform (kind = "relative_hierarchical").'
 )
 
 
 def _named(found) -> str:
     if not found["named"]:
         return (
-            f"Prior and data disagree on no coefficient by itself, but on all together: {found['n_directions']} "
-            f"directions that the data know are as far from the prior with a probability of {found['probability']:.1g}."
+            f"Prior and data agree on each coefficient by itself, but not on all together: the {found['n_directions']} "
+            f"combinations that the data determine are as far off with probability {found['probability']:.1g}."
         )
     rows = [
-        f"{row['name']} ({' to '.join(f'{edge:.3g}' for edge in row['posterior'])} where the prior said "
-        f"{' to '.join(f'{edge:.3g}' for edge in row['prior'])}; {row['sds']:.1f} standard deviations off)"
+        f"{row['name']} (posterior {' to '.join(f'{edge:.3g}' for edge in row['posterior'])}, prior "
+        f"{' to '.join(f'{edge:.3g}' for edge in row['prior'])}; {row['sds']:.1f} standard deviations apart)"
         for row in found["named"]
     ]
     return f"Prior and data disagree on {', '.join(rows)}, 90 % intervals."
 
 
 def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:
-    """Sensitivities to prior and likelihood, and what each parameter hangs on, forces at knots left out.
+    """Sensitivities to prior and likelihood, and on which of them each parameter depends, forces at knots left out.
 
     The prior is scaled where it is standard normal, so that a uniform one is bent and has a sensitivity too. Of forces
     with unknown histories it is that of the process: the forces at the knots are no conclusions.
@@ -110,36 +113,60 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     `posterior`: of all its parameters; `n_effective` (n_others,): effective draws of each parameter that is no force at
     a knot.
 
-    Returns "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, and "hangs_on", (n_others,) words:
-    prior, likelihood, both, or none.
+    Returns "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, "hangs_on", (n_others,) words (prior,
+    likelihood, both, or none), and "half_prior_shift" and "half_prior_width" of :func:`half_prior`.
     """
     n = len(posterior.draws)
     some = np.arange(0, n, max(1, n // (FLOWN_DRAWS if problem.histories else DRAWS)))
     draws = posterior.draws[some]
     others, prior = draws[:, problem.others], problem.prior_of_others
+    standard = prior.standard(others)
     if problem.histories:
         log_likelihood = problem.log_likelihood(draws)
     else:
         log_likelihood = posterior.log_prob.ravel()[some] - prior.scaled_log_density(prior.scaled(others))
-    parts = {PRIOR: -0.5 * np.sum(prior.standard(others) ** 2, axis=1), LIKELIHOOD: log_likelihood}
+    parts = {PRIOR: -0.5 * np.sum(standard**2, axis=1), LIKELIHOOD: log_likelihood}
     values = {name: sensitivity(others, part) for name, part in parts.items()}
     n_effective = np.minimum(n_effective, len(some))
     limits = {name: np.maximum(SENSITIVE, 2.0 * sensitivity_noise(part, n_effective)) for name, part in parts.items()}
     large = {name: values[name] > limits[name] for name in parts}
     by_prior, by_data = large[PRIOR], large[LIKELIHOOD]
     words = np.select([by_prior & by_data, by_prior, by_data], [BOTH, PRIOR, LIKELIHOOD], "")
-    return {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}
+    shift, width = half_prior(standard)
+    result = {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}
+    return result | {"half_prior_shift": shift, "half_prior_width": width}
+
+
+def half_prior(standard: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What priors half as wide about the same centres would change, the posterior taken as normal.
+
+    A posterior with mean m and covariance C in the coordinates in which the prior is N(0, I) has the precision C^-1.
+    With a prior of half the width that is C^-1 + 3 I, hence the covariance (I + 3 C)^-1 C and the mean
+    (I + 3 C)^-1 m. C is not inverted: it may be all but singular.
+
+    `standard`: draws (n, n_params) in those coordinates.
+
+    Returns the shift (n_params,) of each mean in posterior standard deviations, and the width (n_params,) over that of
+    today.
+    """
+    covariance = np.atleast_2d(np.cov(standard.T))
+    change = np.linalg.inv(np.eye(len(covariance)) + HALF * covariance)
+    sd = np.sqrt(np.diag(covariance))
+    sd[sd == 0.0] = 1.0  # of what never moves
+    mean = standard.mean(axis=0)
+    return (change @ mean - mean) / sd, np.sqrt(np.maximum(np.diag(change @ covariance), 0.0)) / sd
 
 
 def sensitivity_sentence(rows: Sequence[dict]) -> str:
-    """Which parameters hang on the prior, from their rows; empty if none does."""
-    groups = {word: [row["name"] for row in rows if row["hangs_on"] == word] for word in (PRIOR, BOTH)}
-    parts = []
-    if groups[PRIOR]:
-        parts.append(f"A prior of another width would give another answer for {', '.join(groups[PRIOR])}.")
-    if groups[BOTH]:
-        parts.append(
-            f"Prior and data pull {', '.join(groups[BOTH])} to different sides: the answer is between them, and the "
-            "centre of the prior matters."
-        )
-    return " ".join(parts)
+    """What priors half as wide would change, from the rows of the coefficients; empty if that is nothing worth it."""
+    far = sorted(
+        (row for row in rows if abs(row["half_prior_shift"]) >= FAR), key=lambda r: -abs(r["half_prior_shift"])
+    )
+    narrow = sum(row["half_prior_width"] <= NARROW for row in rows)
+    parts = [f"the 90 % intervals of {narrow} of {len(rows)} coefficients would be narrower by a third or more"]
+    parts = parts if narrow else []
+    if far:
+        moved = ", ".join(f"{row['name']} by {abs(row['half_prior_shift']):.1f}" for row in far[:QUOTED])
+        more = f", and {len(far) - QUOTED} more by {FAR:g} or more" if len(far) > QUOTED else ""
+        parts.append(f"the means would move: {moved}{more} (in posterior standard deviations)")
+    return f"With priors half as wide {', and '.join(parts)}." if parts else ""

@@ -10,12 +10,14 @@ from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks import convergence
 from bayesub.inference.identifiability.fisher import correlation_factor, integrated_out
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import aligned
 from bayesub.logs import log_files
 from bayesub.model.equations import EquationSet
 
 GAP = 3.0  # median intervals between two readings, beyond which readings are missing rather than dropped
 FALSE_ALARMS = 0.01  # probability that a channel of smooth motion and normal noise has a candidate for an outlier
-NAMED = 5  # coefficients that a line names
+NAMED = 3  # coefficients that a row names
+HEADS = ("channel", "readings", "at s", "gaps, outliers", "informs", "alone, % of prior sd")
 
 
 @dataclass(frozen=True)
@@ -28,29 +30,24 @@ class ChannelCard:
     interval_s: float  # the median between two readings
     gaps: tuple[tuple[float, float], ...]  # start and end in s of each time without readings
     outliers: np.ndarray  # times in s of readings unlike their neighbours
-    n_directions: int  # of parameter space in which this channel alone is sharper than the prior
+    n_directions: int  # of parameter space that this channel alone determines better than the prior
     contraction: np.ndarray  # (n_params,), posterior over prior sd by its Fisher information at the prior centre alone
 
-    def line(self, names: Sequence[str]) -> str:
-        """The card of the channel in words, with the names (n_params,) of the parameters."""
-        gaps = ", ".join(f"{start:.4g} to {end:.4g}" for start, end in self.gaps[:3]) + (" .." if self.gaps[3:] else "")
-        faults = [f"{len(self.gaps)} gap{'s'[: len(self.gaps) != 1]}" + (f" ({gaps} s)" if gaps else "")]
+    def row(self, names: Sequence[str]) -> tuple[str, ...]:
+        """The card of the channel as cells below :data:`HEADS`, with the names (n_params,) of the parameters."""
+        faults = [f"gap {start:.4g}-{end:.4g} s" for start, end in self.gaps[:2]] + [".."] * (len(self.gaps) > 2)
         if len(self.outliers):
-            at = ", ".join(f"{time:.4g}" for time in self.outliers[:5]) + (" .." if len(self.outliers) > 5 else "")
-            faults.append(f"outliers? at {at} s")
+            at = ", ".join(f"{time:.4g}" for time in self.outliers[:3]) + (" .." if len(self.outliers) > 3 else "")
+            faults.append(f"outlier? at {at} s")
+        span = f"{self.times[0]:.4g}-{self.times[-1]:.4g} by {self.interval_s:.3g}"
         best = [k for k in np.argsort(self.contraction) if self.contraction[k] < 0.5][:NAMED]
-        known = ", ".join(f"{names[k]} {self.contraction[k]:.2g}" for k in best)
-        information = f"alone {known} of the prior sd" if known else "alone halves no prior sd"
-        return (
-            f"{self.name}: {len(self.times)} readings from {self.times[0]:.4g} to {self.times[-1]:.4g} s, every "
-            f"{self.interval_s:.3g} s, {', '.join(faults)}; {self.n_directions} of {len(names)} "
-            f"directions, {information}"
-        )
+        known = ", ".join(f"{names[k]} {100.0 * self.contraction[k]:.2g}" for k in best) or "none below 50"
+        return self.name, str(len(self.times)), span, ", ".join(faults) or "none", str(self.n_directions), known
 
 
 @dataclass(frozen=True)
 class DataCard:
-    """What the data of a study are like."""
+    """Coverage and information of the data of a study."""
 
     title: str  # study and vehicle
     equations: EquationSet  # of the vehicle
@@ -64,9 +61,10 @@ class DataCard:
     advice: str  # what the study should infer besides; empty if nothing
 
     def lines(self) -> list[str]:
-        """The card in words, a line a channel, and what trades off with zeros of actuators."""
-        together = f"together: {self.n_directions} of {len(self.names)} directions sharper than the prior"
-        lines = [*(channel.line(self.names) for channel in self.channels), together]
+        """The card as a table, a row a channel, and what trades off with zeros of actuators."""
+        n, total = self.n_directions, len(self.names)
+        lines = aligned([HEADS, *(channel.row(self.names) for channel in self.channels)])
+        lines.append(f"together they inform {n} of {total} directions ({100 * n / total:.0f} %)")
         lines += [zeros.sentence(self.zeros)] if self.zeros else []
         return [*lines, f"advice: {self.advice}"] if self.advice else lines
 
@@ -145,7 +143,7 @@ def _without_forces(whitened, others) -> np.ndarray:
 
 
 def _information(whitened, factor) -> tuple[int, np.ndarray]:
-    """Directions sharper than the prior, and posterior sd over prior sd (n_others,).
+    """Directions known better than by the prior, and posterior sd over prior sd (n_others,).
 
     They are of a Jacobian by parameters in prior sds, whose correlations have the factor (n_others, n_others).
     """

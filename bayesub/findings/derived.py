@@ -17,7 +17,7 @@ from bayesub.problem.distributions import Prior
 N_DRAWS = 400  # from the prior, and from the posterior
 QUANTILES = {"q5": 0.05, "q25": 0.25, "median": 0.5, "q75": 0.75, "q95": 0.95}
 SAME = 1e-9  # of its size, the spread of a quantity that does not follow from what is inferred
-HELD, CONFINED = "it follows from nothing that is inferred", "the trials were confined to the other plane"
+HELD, CONFINED = "it depends on no inferred parameter", "the trials were confined to the other plane"
 HEADLINES = ("tactical_diameter_m", "zigzag_overshoot_deg", "dive_depth_m")
 STABILITIES = {"straight_line_stability": "on a straight course", "vertical_stability": "in the vertical plane"}
 
@@ -198,7 +198,7 @@ def in_words(low: float, high: float) -> tuple[str, str]:
 
 
 def sentence(found: dict) -> str:
-    """What the posterior says of the boat as a sailor meets it; empty if nothing follows from what is inferred."""
+    """The headline manoeuvring quantities in words; empty if the inferred parameters determine none."""
     rows = {row["name"]: row for row in found["quantities"]}
     parts = []
     for row in (rows[name] for name in HEADLINES if name in rows and rows[name]["width_ratio"] is not None):
@@ -209,5 +209,5 @@ def sentence(found: dict) -> str:
     stable = []
     for name in filter(rows.get, STABILITIES):
         after, before = (100.0 * found["stable"][name][which] for which in ("posterior", "prior"))
-        stable.append(f"{STABILITIES[name]} with {after:.3g} % (before {before:.3g} %)")
+        stable.append(f"{STABILITIES[name]} with probability {after:.3g} % (before {before:.3g} %)")
     return f"{text} Stable {listed(stable)}.".strip() if stable else text

@@ -74,12 +74,12 @@ class DesignedTrial:
 
     @cached_property
     def before(self) -> Information:
-        """What is known before."""
+        """The information before the trial."""
         return self.judge.empty()
 
     @cached_property
     def after(self) -> Information:
-        """What is expected at the values of the vehicle."""
+        """The expected information at the values of the vehicle."""
         return self._of(self.judge)[0]
 
     @cached_property
@@ -145,7 +145,7 @@ class DesignedTrial:
 
     @cached_property
     def tank_values(self) -> list[TankValue]:
-        """Values from a towing tank that would tell most of what the trial leaves unknown."""
+        """Values from a towing tank that would determine most of what the trial leaves unknown."""
         return unlocking(self.after, TANK_SD, N_TANK, share=self.share)
 
     @cached_property
@@ -165,7 +165,7 @@ class DesignedTrial:
 
 
 def _total(parts: Iterable[Information]) -> Information:
-    """What independent trials tell together."""
+    """The joint information of independent trials."""
     first, *rest = parts
     return sum(rest, first)
 
@@ -340,7 +340,7 @@ def sentence(design: DesignedTrial) -> str:
 
 
 def measure_label(design: DesignedTrial) -> str:
-    """What :meth:`DesignedTrial.measure` is."""
+    """The name of :meth:`DesignedTrial.measure`."""
     if design.asked:
         return "sd of what was asked for (% of that before)"
     return f"coefficients known to {100 * design.share:g} %"
@@ -353,7 +353,7 @@ def boats_within(design: DesignedTrial) -> tuple[int, int]:
 
 
 def search_sentences(design: DesignedTrial) -> list[str]:
-    """What was searched and what was not, in sentences."""
+    """Sentences on what was searched and what was not."""
     plan, family = design.plan, design.plan.family(design.kind)
     total = sum(one.n_judgements for one in design.searches.values())
     moved = ", ".join(control.column for control in family.controls)

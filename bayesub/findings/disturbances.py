@@ -226,8 +226,8 @@ def _axis_text(row) -> str:
     force = f"{size['median']:.2g} {unit(axis)} rms"
     if row["posterior_over_prior_sd"] >= UNSEEN:
         return (
-            f"{MOTIONS[axis]}: not seen by these sensors (posterior sd {row['posterior_over_prior_sd']:.2f} of the "
-            f"prior's), {force} is what the process says"
+            f"{MOTIONS[axis]}: not determined by these sensors (posterior sd {row['posterior_over_prior_sd']:.2f} of "
+            f"the prior's), {force} by the prior"
         )
     if row["share"] is None:
         return f"{MOTIONS[axis]}: {force}" + (f", largest {row['largest']}" if row["largest"] else "")
@@ -240,8 +240,11 @@ def _axis_text(row) -> str:
 
 def _process_sentence(numbers) -> str:
     texts = [
-        f"{words} over {_interval(numbers[name], 's')}"
-        for name, words in (("correlation_time_s", "Correlated"), ("correlation_time_current_s", "the current"))
+        f"{words} {_interval(numbers[name], 's')}"
+        for name, words in (
+            ("correlation_time_s", "correlation time"),
+            ("correlation_time_current_s", "that of the current"),
+        )
         if name in numbers
     ]
     texts[0] = texts[0][0].upper() + texts[0][1:]
@@ -266,13 +269,13 @@ def _followed_sentence(one) -> str:
     axis, (first, *others) = one["axis"], one["terms"]
     motion = MOTIONS[axis]
     regressors = ", ".join(term["regressor"] for term in others)
-    alike = f" (or {regressors}, which this motion does not tell apart)" if others else ""
+    alike = f" (or {regressors}, which this motion cannot distinguish)" if others else ""
     size = f"{one[f'rms_{_suffix(axis)}']:.2g} {unit(axis)} rms"
     text = f"{motion[0].upper()}{motion[1:]} follows {first['regressor']}{alike}, p = {one['p_value']:.1g}: "
     if first["name"] is None:
         return f"{text}the equations have no such term on {axis}; it would be {size}."
     unit_text = f" {first['unit']}" if first["unit"] else ""
-    text += f"as {first['name']} off by {first['change']:.2g} +- {first['change_sd']:.1g}{unit_text} ({size}). "
+    text += f"as if {first['name']} were off by {first['change']:.2g} ± {first['change_sd']:.1g}{unit_text} ({size}). "
     if first["free"]:
         return f"{text}{first['name']} is free, so that its prior is too narrow or a term like it is wrong."
     held = f"{first['held_at']:.3g}"

@@ -14,7 +14,7 @@ _SPEEDS = {"trial": "that of the vehicle's trials", "instantaneous": "that of th
 
 @dataclass(frozen=True)
 class EquationCard:
-    """What an equation set has."""
+    """An equation set in lines of text."""
 
     equations: EquationSet
 

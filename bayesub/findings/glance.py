@@ -22,8 +22,9 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
         "boat": rows ``name, label, unit, posterior, prior`` (5 and 95 % as words) of the headline quantities;
         "stable": rows ``where, posterior, prior`` (probabilities from 0 to 1);
         "known": rows ``name, percent`` of coefficients known to 5 %, best first; "best": the same of the best known;
-        "n_coefficients", "n_sharper", "n_untouched": numbers of them; "not_unique": the combinations that leave the
-        motion the same in words; "hold": coefficients which, held, make the rest unique; "pairs": rows ``pair,
+        "n_coefficients", "n_sharper", "n_untouched": numbers of them; "n_null", "n_faint": the combinations that leave
+        the motion exactly the same, and those that change it by less than any instrument sees; "not_unique": both in
+        words; "hold": coefficients which, held, make the rest unique; "pairs": rows ``pair,
         correlation`` above 0.9, strongest first; "n_pairs": how many are above 0.7, at most those of "trade_offs";
         "marks": rows ``topic, good, word, text``, the verdict taken apart.
     """
@@ -45,6 +46,8 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
         "n_coefficients": len(rows),
         "n_sharper": len(narrowed) - len(known),
         "n_untouched": len(rows) - len(narrowed),
+        "n_null": sum(rank["null_dimension"] for rank in numbers["ranks"].values()),
+        "n_faint": sum(rank["rank"] - rank["practical_rank"] for rank in numbers["ranks"].values()),
         "not_unique": null_count(numbers["ranks"]),
         "hold": [name for rank in numbers["ranks"].values() for name in rank["pivots"]],
         "pairs": [pair for pair in numbers["trade_offs"] if abs(pair["correlation"]) >= STRONG],

@@ -94,7 +94,7 @@ class Scores:
 
 @dataclass(frozen=True)
 class FollowedRegressor:
-    """A regressor that a history follows, with those that the motion does not tell apart from it."""
+    """A regressor that a history follows, with those that the motion cannot distinguish from it."""
 
     # Terms of the axis first, those that are held before those that are inferred, the best of them first
     candidates: tuple[Candidate, ...]

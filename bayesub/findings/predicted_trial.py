@@ -34,7 +34,7 @@ class Region:
 
 @dataclass(frozen=True)
 class PredictedMotion:
-    """What draws say of a motion."""
+    """A motion as draws predict it."""
 
     times: np.ndarray  # (n_times,), s
     median: np.ndarray  # (n_times, 12) of the states over the ground, SI units
@@ -205,14 +205,13 @@ class PredictedTrial:
         return result
 
     def _sentences(self, numbers: dict) -> dict[str, str]:
-        """What is to be said, by topic."""
+        """The sentences by topic."""
         sentences = {"motion": _of_motion(numbers["motion"], self.name)}
         if self.held:
             listed = ", ".join(self.held[:MANY]) + (" .." if len(self.held) > MANY else "")
             sentences["held"] = (
                 f"{len(self.held)} coefficients that act on this motion are not inferred by the run and stand at the "
-                f"values of the vehicle file, as if they were known: {listed}. The bands are too narrow by what these "
-                "are uncertain."
+                f"values of the vehicle file, as if they were known: {listed}. The bands leave out their uncertainty."
             )
         for log in numbers["predictions"]:
             ratio = log.get("crps_over", {}).get(SQP)
@@ -222,9 +221,9 @@ class PredictedTrial:
 
     @property
     def water(self) -> str:
-        """What is said of the current."""
+        """The sentence on the current."""
         if not set(CURRENTS).isdisjoint(self.readings.trial.problem.names):
-            return "a current that the warm-up tells"
+            return "a current that the warm-up determines"
         if self.current_mps is None:
             return "no steady current"
         north, east = self.current_mps

@@ -31,6 +31,7 @@ _NAMES = {
     "disturbance": "unmodelled forces",
     "slow noise": "slow sensors",
 }
+_ADD = "the lines to add"
 _STEP = 0.15  # of its range, by which a control steps from one row to the next
 _AFTER, _MOST, _CHANCE = 3.0, 0.8, 1e-3  # readings after a step; share of outliers there, and chance of so many
 _LISTED = 6  # channels in a sentence
@@ -59,7 +60,7 @@ def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Discre
         suspects.setdefault(check.faults[0], {})[name] = check  # the others may follow from the first
     conclusion = "The noise is smaller than its model says, and the intervals are too wide"
     if suspects.keys() != {"small"}:
-        conclusion = "The model does not fit, and then the intervals are too narrow"
+        conclusion = "The model does not fit, so that the intervals are too narrow"
     if explained and "correlated" in suspects:
         details = [f"{_neighbours(suspects.pop('correlated'))}. {look_like(explained)}"]
     else:
@@ -99,7 +100,7 @@ def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
 
 def _neighbours(checks):
     neighbours = _listed({name: f"{check.correlations[0]:.2f}" for name, check in checks.items()})
-    return f"Residuals follow from those before them, with correlation of neighbours {neighbours}"
+    return f"Neighbouring residuals are correlated: {neighbours}"
 
 
 def _correlated(checks, problem):
@@ -182,15 +183,15 @@ def look_like(explanations: Sequence[Discrepancy]) -> str:
     """What the residuals look like, by how much, and what to do; of explanations, best first and at least one."""
     best, *others = explanations
     if not others:
-        return f"They look as if {_words(best)} ({best.gain:.0f} nats better than by their noise); add the lines below."
+        return f"They look as if {_words(best)} ({best.gain:.0f} nats better than by their noise); {_ADD} infer it."
     second = others[0]
     lead = best.gain - second.gain
     if lead < max(_CLOSE, _SHARE * best.gain):
         return (
-            f"They look as if {_words(best)}, or nearly as well ({lead:.0f} nats less) as if {_words(second)}; add the "
-            "lines below, which are for the first, or what the second needs."
+            f"They look as if {_words(best)}, or nearly as well ({lead:.0f} nats less) as if {_words(second)}; {_ADD} "
+            "infer the first."
         )
-    return f"They look as if {_words(best)} ({lead:.0f} nats better than {_NAMES[second.kind]}); add the lines below."
+    return f"They look as if {_words(best)} ({lead:.0f} nats better than {_NAMES[second.kind]}); {_ADD} infer it."
 
 
 def _words(explanation) -> str:

@@ -34,8 +34,8 @@ def numbers(problem: AnyProblem, best: np.ndarray, mean: np.ndarray, sd: np.ndar
 
     `best` (n_params,): where it is linearised; `mean`, `sd` (n_coefficients,): of the posterior.
 
-    Returns for each: "name" of the nuisance parameter, "held" and "size" in its unit; "told", the value that the log
-    tells, "told_to", its standard deviation, and "off", by how many of these it is from where it is held, or None; and
+    Returns for each: "name" of the nuisance parameter, "held" and "size" in its unit; "estimate", its value by the log,
+    "estimate_sd", its standard deviation, and "off", by how many of these it is from where it is held, or None; and
     "moves", rows of "name", "change", "relative" and "sds" of coefficients for that size. Of simulated trials, whose
     sensors are as they are said to be, there are none.
     """
@@ -70,20 +70,20 @@ def _moved(problem, best, jacobian, columns, sizes, mean, sd) -> list[dict]:
     lengths, rows = np.linalg.norm(rest, axis=0), []
     for k, (name, (size, held)) in enumerate(sizes.items()):
         change, length, off = changes[k], float(lengths[k]), float(scores[k] / max(lengths[k], _NOTHING))
-        told: dict[str, float | None] = dict.fromkeys(("told", "told_to", "off"))
+        found: dict[str, float | None] = dict.fromkeys(("estimate", "estimate_sd", "off"))
         if length > _NOTHING:
-            told = {"told": held + size * off / length, "told_to": size / length, "off": off}
+            found = {"estimate": held + size * off / length, "estimate_sd": size / length, "off": off}
         moves = [
             {"name": problem.names[j], "change": float(change[j]), "relative": float(change[j] / abs(mean[j]))}
             | {"sds": float(change[j] / sd[j])}
             for j in np.argsort(-np.abs(change / sd), kind="stable")[:LISTED]
         ]
-        rows.append({"name": name, "held": held, "size": size, **told, "moves": moves})
+        rows.append({"name": name, "held": held, "size": size, **found, "moves": moves})
     return sorted(rows, key=lambda row: -abs(row["moves"][0]["sds"]))
 
 
 def _faults(trial: TrialProblem) -> list[Nuisance]:
-    """What a trial holds of scales, zeros and clocks that it could infer."""
+    """The scales, zeros and clocks that a trial holds and could infer."""
     channels, actuators = trial.record.channels, trial.vehicle.actuators.parameters
     names = [PROPELLER, *(name for name, (_, kind) in actuators.items() if kind == "scale" or name.endswith("_deg"))]
     for channel in channels:
@@ -120,15 +120,16 @@ def sentences(rows: Sequence[dict]) -> dict[str, str]:
 def _contradiction(rows) -> str:
     if not contradicted(rows):
         return ""
-    told = sorted((row for row in rows if row["off"]), key=lambda row: -abs(row["off"]))
-    least = told[0]["off"] ** 2 - 2.0 * _NEARLY
+    rows = sorted((row for row in rows if row["off"]), key=lambda row: -abs(row["off"]))
+    least = rows[0]["off"] ** 2 - 2.0 * _NEARLY
     likely = ", or ".join(
-        f"{row['name']} were {rounded(row['told'], row['told_to'])} ± {row['told_to']:.2g} and not {row['held']:g} "
-        f"({abs(row['off']):.2g} standard deviations)"
-        for row in told
+        f"{row['name']} is {rounded(row['estimate'], row['estimate_sd'])} ± {row['estimate_sd']:.2g} and not "
+        f"{row['held']:g} ({abs(row['off']):.2g} standard deviations)"
+        for row in rows
         if row["off"] ** 2 >= least
     )
-    return f"The log reads as if {likely}. Mend the column, or give {_remedy(told[0])}."
+    remedy = f"Correct the column, or give {_remedy(rows[0])}."
+    return f"The log contradicts a value that is held: it fits if {likely}. {remedy}"
 
 
 def _heavy(rows) -> str:
@@ -138,13 +139,13 @@ def _heavy(rows) -> str:
     texts = []
     for row in heavy[:QUOTED]:
         move = row["moves"][0]
-        told = f"; {_amount(row['name'], row['told_to'])}" if row["told_to"] else ""
-        change = f"{100.0 * abs(move['relative']):.2g} % of {move['name']} ({abs(move['sds']):.2g}{told})"
-        texts.append(f"{_amount(row['name'], row['size'])} of {row['name']} is {change}")
+        known = f"; the log determines it to {_amount(row['name'], row['estimate_sd'])}" if row["estimate_sd"] else ""
+        change = f"{100.0 * abs(move['relative']):.2g} % ({abs(move['sds']):.2g} standard deviations{known})"
+        texts.append(f"{_amount(row['name'], row['size'])} in {row['name']} changes {move['name']} by {change}")
     more = f", and {len(heavy) - QUOTED} more" if len(heavy) > QUOTED else ""
     return (
-        "The answer rests on what is not inferred (in brackets the change in standard deviations, and to what the log "
-        f"tells it): {', '.join(texts)}{more}. If one may be that far off, give {_remedy(heavy[0])}."
+        "The answer depends on scales, zeros and clocks that are held. An error of "
+        f"{', '.join(texts)}{more}. If one may be that far off, give {_remedy(heavy[0])}."
     )
 
 
@@ -152,7 +153,7 @@ def _remedy(row) -> str:
     if row["name"] == ALL_CLOCKS:
         return f"the trial {ALL_CLOCKS}, or each clock a prior in [nuisance] (a delay of all controls looks the same)"
     far = abs(row["off"] or 0.0) >= CONTRADICTION
-    sd = max(row["size"], _WIDER * abs(row["told"] - row["held"])) if far else row["size"]
+    sd = max(row["size"], _WIDER * abs(row["estimate"] - row["held"])) if far else row["size"]
     return f"it a prior in [nuisance], such as {row['name']} = {{ mean = {row['held']:g}, sd = {sd:.2g} }}"
 
 

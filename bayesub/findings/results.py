@@ -43,12 +43,12 @@ class Results:
 
     @cached_property
     def prior(self) -> Prior:
-        """What was known before of all parameters: the prior with the scale that was found."""
+        """The prior of all parameters, with the scale that was found."""
         return self.posterior.known_before(self.problem.prior)
 
     @cached_property
     def prior_of_others(self) -> Prior:
-        """What was known before of the parameters of :attr:`summary`."""
+        """The prior of the parameters of :attr:`summary`."""
         return self.summary.known_before(self.problem.prior_of_others)
 
     @cached_property
@@ -107,7 +107,7 @@ class Results:
 
     @cached_property
     def derived(self) -> derived.Derived:
-        """What follows from the coefficients, of the prior and of the posterior."""
+        """Quantities that follow from the coefficients, of the prior and of the posterior."""
         rng = self._random(seeds.DERIVED)
         return derived.derive(self.problem, self.posterior.draws, rng, self.quantities, self.prior)
 
@@ -123,7 +123,7 @@ class Results:
 
     @cached_property
     def criticism(self) -> Criticism:
-        """What the residuals say of the model."""
+        """The tests of the residuals."""
         return criticise(self.residuals, self.times)
 
     @cached_property

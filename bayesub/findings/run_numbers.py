@@ -226,8 +226,12 @@ def sentences(numbers: dict) -> dict[str, str]:
         result["prior"] = text
     result |= _directions(numbers) | _strong_trade_offs(numbers) | _others_known(numbers)
     normal = numbers["normality"]
-    result["normality"] = f"{normal['sentence']} A vehicle file by bayesub export, which is a normal distribution, "
-    result["normality"] += "holds it." if normal["close"] else "loses that: fit the next trial together with this one."
+    lost = (
+        "holds this posterior"
+        if normal["close"]
+        else "is not this posterior: fit the next trial together with this one"
+    )
+    result["normality"] = f"A vehicle file by bayesub export, a normal distribution, {lost}. {normal['sentence']}"
     parts = [zeros.sentence(numbers["zeros"])] if numbers["zeros"] else []
     parts += [f"{numbers['advice']}."] if numbers["advice"] else []
     if parts:
@@ -240,14 +244,13 @@ def sentences(numbers: dict) -> dict[str, str]:
 
 
 def _answer(numbers) -> dict[str, str]:
-    """What the trial says, in one sentence."""
+    """The answer of the trial in one sentence."""
     rows = numbers["parameters"]
     untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
     known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
     return {
-        "answer": f"Of {len(rows)} coefficients {known} are known to {100 * KNOWN:.0f} %, "
-        f"{len(rows) - known - untouched} better than before the trial, and {untouched} by the prior alone; "
-        f"{null_count(numbers['ranks'])}."
+        "answer": f"Of {len(rows)} coefficients: {known} known to {100 * KNOWN:.0f} %, {len(rows) - known - untouched} "
+        f"less well but better than before, {untouched} by the prior alone; {null_count(numbers['ranks'])}."
     }
 
 
@@ -270,11 +273,11 @@ def _knowledge(numbers) -> dict[str, str]:
     rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
     sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
     untouched = [row["name"] for row in rows if row["contraction"] >= UNTOUCHED]
-    result = {"known": f"The data make no coefficient known to better than {100 * KNOWN:.0f} %."}
+    result = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
     if known:
         result["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
     if sharper:
-        result["sharper"] = f"More than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
+        result["sharper"] = f"Better than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
     if untouched:
         result["untouched"] = (
             f"Known by the prior alone (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
@@ -286,16 +289,16 @@ def _knowledge(numbers) -> dict[str, str]:
 def _directions(numbers) -> dict[str, str]:
     n = len(numbers["parameters"]) + len(numbers["nuisance"])
     n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
-    space = "parameter" if numbers["nuisance"] else "coefficient"
+    which = "parameters" if numbers["nuisance"] else "coefficients"
     result = {
-        "directions": f"Of {n} directions in {space} space the data sharpen {n_sharpened} and leave "
-        f"{n - n_sharpened - n_null} to the prior; whatever the sensors, {null_count(numbers['ranks'])}."
+        "directions": f"Of {n} independent combinations of {which} the data determine {n_sharpened} better than the "
+        f"prior and {n - n_sharpened - n_null} less well; whatever the sensors, {null_count(numbers['ranks'])}."
     }
     if words := null_sentence(numbers["null_directions"]):
         pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
         result["null"] = (
-            f"The motion stays the same with changes of {words} (of their values; any multiple does as little). "
-            f"Holding {', '.join(pivots)} fixed makes the rest unique."
+            f"The motion stays the same when these change together, in per cent of their values or any multiple of "
+            f"that: {words}. Holding {', '.join(pivots)} fixed makes the rest unique."
         )
     return result
 
@@ -342,21 +345,21 @@ def _search(numbers) -> dict[str, str]:
     further = [f"{end(search['further_than_guess'])}" for end in (min, max)]
     held = ""
     if names := search.get("nuisance"):
-        held = f", which searches {', '.join(names)} with their priors as readings,"
+        held = f", which also searches {', '.join(names)} with their priors as readings,"
     elif numbers["nuisance"]:
         held = ", which holds nuisance parameters at their prior means,"
     if numbers.get("disturbance"):
-        held = ", which knows no other force than those of the equations,"
+        held = ", which leaves unmodelled forces out,"
     return {
         "sqp": f"SQP{held} from {counted(search['n_starts'], 'start')} reaches a chi-square per reading of "
         f"{' to '.join(dict.fromkeys((fits[0], fits[-1])))}, the best draw of the posterior "
         f"{numbers['chi_square_per_reading']:.3f}; {' to '.join(dict.fromkeys(further))} of its {search['n_params']} "
-        f"coefficients end further from the {reference_word(numbers)} than the guess was."
+        f"coefficients end further from the {reference_word(numbers)} than the centre of the prior."
     }
 
 
 def reference_word(numbers: dict) -> str:
-    """What ratios refer to."""
+    """The word for what ratios refer to."""
     return "truth" if numbers["reference_is_truth"] else "vehicle file"
 
 
@@ -370,22 +373,23 @@ def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dic
 
     Returns ``axis``, and ``changes``: coefficient -> change over its value, largest first.
     """
-    result = []
-    for axis, rank in null_space.ranks.items():
-        for vector in rank.null_vectors:
-            relative = {name: change / values[name] for name, change in vector.items() if values[name]}
-            order = sorted(relative, key=lambda name: -abs(relative[name]))
-            scale = LARGEST / relative[order[0]]
-            result.append({"axis": axis, "changes": {name: scale * relative[name] for name in order}})
-    return result
+    ranks = null_space.ranks.items()
+    return [{"axis": axis, "changes": changes(v, values)} for axis, rank in ranks for v in rank.null_vectors]
+
+
+def changes(vector: Mapping[str, float], values: Mapping[str, float]) -> dict[str, float]:
+    """A direction as changes over the values of coefficients that are not zero: the largest first, which is 50 %."""
+    relative = {name: change / values[name] for name, change in vector.items() if values[name]}
+    order = sorted(relative, key=lambda name: -abs(relative[name]))
+    return {name: LARGEST / relative[order[0]] * relative[name] for name in order}
 
 
 def null_sentence(directions: list[dict]) -> str:
     """What may change together; empty if nothing may."""
-    return "; ".join(f"{direction['axis']}: {_null_words(direction['changes'])}" for direction in directions)
+    return "; ".join(f"{direction['axis']}: {change_words(direction['changes'])}" for direction in directions)
 
 
-def _null_words(changes: Mapping[str, float]) -> str:
+def change_words(changes: Mapping[str, float]) -> str:
     """Changes such as ``50 % of Yvdot with 21 % of Yuv and 4 others``, or of one by itself where others hardly move."""
     some = [f"{percent(change)} of {name}" for name, change in changes.items() if abs(change) >= LEAST]
     first, *others = some

@@ -98,7 +98,7 @@ def _interval(channel: Channel) -> str:
 
 
 def _truth(trials: dict) -> str:
-    """What a simulated boat met that its vehicle file does not say."""
+    """Current and forces of a simulated truth that are not in the vehicle file."""
     if any(trial.record.truth is None for trial in trials.values()):
         return ""
     texts = {}

@@ -204,10 +204,10 @@ def mean_ratio(first: Mapping[str, float], second: Mapping[str, float]) -> float
 
 
 def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
-    """What is to be said of prediction, by topic: of what was predicted, or that nothing was.
+    """The sentence on prediction, by topic: about what was predicted, or that nothing was.
 
-    `trials`: of :func:`numbers`; `n_logs`: number of logs among the fitted trials; of simulated ones nothing need be
-    said; `n_trials`: number of fitted trials.
+    `trials`: of :func:`numbers`; `n_logs`: number of logs among the fitted trials; simulated ones need no
+    sentence; `n_trials`: number of fitted trials.
     """
     if trials:
         text = " ".join(trial["sentence"] for trial in sorted(trials, key=lambda trial: trial["predicts"]))
@@ -216,19 +216,19 @@ def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str
             text += f" Of {n_trials} trials {n_left_out} have been left out."
         if not all(trial["predicts"] for trial in trials):
             text += (
-                " The coefficients hold for the fitted log at best, whatever its residuals say: fit both together "
+                " The coefficients are valid for the fitted log at best, whatever its residuals say: fit both together "
                 "([[trials]]), or look for what differs between them (a zero of the rudder: bias_rudder_deg)."
             )
         return {"prediction": text}
     if n_logs > 1:
         return {
-            "prediction": f"None was tried: fitted on {n_logs} logs, no log left out; run again with --resume "
-            "--leave-out, which fits the others for each of them, or name a log that is not fitted in [[check]]."
+            "prediction": f"No prediction was tried: all {n_logs} logs are fitted. Run again with --resume "
+            "--leave-out, which predicts each from the others, or name a log that is not fitted in [[check]]."
         }
     if n_logs:
         return {
-            "prediction": "None was tried: the only log is fitted. A fit may pass every test and predict nothing; name "
-            'a second log in the study: [[check]] data = "other.csv".'
+            "prediction": "No prediction was tried: the only log is fitted. A model may pass every test of fit and "
+            'predict badly; name a second log in the study: [[check]] data = "other.csv".'
         }
     return {}
 
@@ -250,7 +250,7 @@ def _success(trial: dict) -> str:
         against = "; no better than the prior, whose bands are as wide"
     unconverged = "" if trial["converged"] else " (by draws that have not converged)"
     in_doubt = trial["p_value"] < FALSE_ALARMS or trial["coverage"]["90 %"] < FEW
-    word = "is in doubt, its errors are rare but possible" if in_doubt else "is predicted"
+    word = "is doubtful (errors as large are rare but possible)" if in_doubt else "is predicted"
     return (
         f"{_named(trial)} {word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g}){against}.{_lost(trial)}"
     )

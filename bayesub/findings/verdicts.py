@@ -24,11 +24,11 @@ STATUS = {  # exit status of each, the gravest last; 2 is bad input
     FAILED: 1,
 }
 MEANING = {  # of those on a posterior that is not to be used as it is
-    IN_CONFLICT: "the data are where the prior all but excludes them; look at both before you use the answer",
-    CONTRADICTED: "the log reads as if a scale, zero or clock that is held were off; mend it or infer it",
-    DOES_NOT_PREDICT: "a log that was not fitted is missed; do not use the answer beyond the fitted trials",
-    DOES_NOT_FIT: "the readings are not those of model and noise; do not use the answer",
-    NOT_CONFIRMED: "another sampler gives another posterior, or cannot tell; do not use the answer",
+    IN_CONFLICT: "the data lie where the prior has almost no probability; look at both before you use the answer",
+    CONTRADICTED: "the log contradicts a scale, zero or clock that is held fixed; correct it or infer it",
+    DOES_NOT_PREDICT: "a log that was not fitted is not predicted; do not use the answer beyond the fitted trials",
+    DOES_NOT_FIT: "the residuals do not look like the noise model; do not use the answer",
+    NOT_CONFIRMED: "a second sampler finds another posterior, or is inconclusive; do not use the answer",
     NOT_CONVERGED: "the intervals may be wrong; do not use the answer",
 }
 

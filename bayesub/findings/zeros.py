@@ -88,7 +88,7 @@ def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float
 
 
 def rank_lines(trajectory: Trajectory) -> list[str]:
-    """Which zeros of actuators a motion hardly tells from steady coefficients, a line each."""
+    """Which zeros of actuators a motion hardly distinguishes from steady coefficients, a line each."""
     simulator, lines = trajectory.simulator, []
     for parameter in biases(simulator.vehicle, simulator.subproblem):
         changes, rest = equivalents(trajectory, parameter)
@@ -123,7 +123,7 @@ def together(names: Sequence[str], covariance: np.ndarray, vehicle: Vehicle) -> 
 
 
 def sentence(rows: Sequence[Mapping]) -> str:
-    """What is known of coefficients of :func:`together`, at least one."""
+    """A sentence on the coefficients of :func:`together`, at least one."""
     texts = []
     for row in rows:
         parts = " ".join(f"{factor:+.3g} {zero}" for zero, factor in row["with"].items())
@@ -134,7 +134,7 @@ def sentence(rows: Sequence[Mapping]) -> str:
 
 
 def advice(problem: AnyProblem) -> str:
-    """What a study of logs should infer besides steady coefficients; empty if nothing."""
+    """Zeros of actuators that a study of logs should infer besides steady coefficients; empty if none."""
     trials = [trial for _, trial, _ in problem.each_trial(problem.prior.mean)]
     free = {name: axis for name, axis in steady(problem.equations).items() if name in problem.names}
     if not free or any(trial.record.truth is not None for trial in trials):

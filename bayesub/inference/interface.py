@@ -17,7 +17,7 @@ SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of 
 
 
 class Progress(Protocol):
-    """What work that takes time reports to."""
+    """Receiver of the progress of work that takes time."""
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
         """So many of `total` units are done; the note says what else there is to know."""
@@ -101,7 +101,7 @@ class InferencePrior(Standard, Protocol):
 
 @runtime_checkable
 class CostCounter(Protocol):
-    """What has been computed so far; all views of a problem share it."""
+    """Counts of what has been computed; all views of a problem share them."""
 
     @property
     def simulations(self) -> int:
@@ -162,7 +162,7 @@ class Searchable(Protocol):
 
     @property
     def costs(self) -> CostCounter:
-        """What this problem and its views have computed so far."""
+        """Counts of what this problem and its views have computed."""
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,), -2 log likelihood but for a constant.
@@ -266,7 +266,7 @@ class Forced(Sampled, Protocol):
 
 @runtime_checkable
 class Identifiable(LeastSquares, Protocol):
-    """What null spaces, spectra and profiles are computed of."""
+    """What the analysis of identifiability needs: null spaces, spectra, profiles."""
 
     @property
     def histories(self) -> Sequence[LatentForces]:

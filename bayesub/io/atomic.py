@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 
 import filelock
 
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, printable
 
 PARTIAL = ".partial"
 LOCK = ".lock"
@@ -88,11 +88,17 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_csv(path: Path, table: Mapping | Sequence[Mapping], digits: int | None = 8) -> None:
-    """Replace a file by a table, given as columns or as rows; its numbers have so many digits, with None all."""
+    """Replace a file by a table, given as columns or as rows; its numbers have so many digits, with None all.
+
+    A cell is one line: characters that would end it or mean something to a terminal are escaped.
+    """
     import pandas as pd  # slow to import
 
+    columns = pd.DataFrame(table)
+    for name, texts in columns.select_dtypes(exclude="number").items():
+        columns[name] = [printable(text) if isinstance(text, str) else text for text in texts]
     with replacing(path) as partial, partial.open("wb") as file:
-        pd.DataFrame(table).to_csv(file, index=False, float_format=digits and f"%.{digits}g")
+        columns.to_csv(file, index=False, float_format=digits and f"%.{digits}g")
 
 
 @contextmanager

@@ -77,10 +77,12 @@ def check_known(name: str, valid: Collection[str], message: str, *, hint: str = 
     It is about the `key`, by default about the name.
     """
     if name not in valid:
-        raise InputError(f"{message}{nearest(name, valid)}{hint}", "unknown", key or name)
+        raise InputError(f"{message}{nearest(name, valid, hint)}", "unknown", key or name)
 
 
-def nearest(name: str, valid: Iterable[str]) -> str:
-    """``": did you mean 'Yuv'?"`` for a mistyped name, or the empty string."""
+def nearest(name: str, valid: Iterable[str], hint: str = "") -> str:
+    """``": did you mean 'Yuv'?"`` for a mistyped name, or the empty string; with a hint behind it."""
     close = difflib.get_close_matches(name, list(valid), n=1) if len(name) <= LONGEST else []
-    return f": did you mean '{close[0]}'?" if close else ""
+    if close:
+        return f": did you mean '{close[0]}'?" + (f" {hint[:1].upper()}{hint[1:]}" if hint else "")
+    return f"; {hint}" if hint else ""

@@ -3,18 +3,22 @@
 import contextlib
 import io
 import sys
-from collections.abc import Iterator
+import textwrap
+import time
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NoReturn, Protocol
 
 import rich.progress
 from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.segment import Segment
+from rich.table import Column
 from rich.text import Text
 
 from bayesub.io.errors import printable
 
 BAD_INPUT, INTERRUPTED = 2, 130  # the others are those of verdicts
+_SAY_S = 60.0  # between two lines of a stage where there are no bars
 
 
 class _Console(Console):
@@ -37,9 +41,34 @@ def accept_all_letters() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def say(sentence: str) -> None:
-    """A sentence on standard output, whose lines are never broken."""
-    console.print(sentence, soft_wrap=True)
+def say(sentence: str, style: str = "") -> None:
+    """A sentence on standard output, whose lines are never broken; `style` is a colour where there are colours."""
+    console.print(sentence, soft_wrap=True, style=style)
+
+
+def width() -> int:
+    """Characters of a line of text."""
+    return min(console.width, 100)
+
+
+def aligned(rows: Iterable[Sequence[str]], indent: str = "  ") -> list[str]:
+    """Rows of equally many cells as lines whose columns are aligned, the last cell wrapped with a hanging indent."""
+    texts = [[printable(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*(row[:-1] for row in texts), strict=True)]
+    lines = []
+    for *cells, last in texts:
+        head = indent + "".join(f"{cell:<{size}}  " for cell, size in zip(cells, widths, strict=True))
+        hang = " " * len(head) if cells else f"{indent}  "
+        wrapper = textwrap.TextWrapper(max(width(), len(head) + 20), head, hang, break_long_words=False)
+        wrapper.break_on_hyphens = False
+        lines += [line.rstrip() for line in wrapper.wrap(last) or [head]]
+    return lines
+
+
+def say_rows(rows: Iterable[Sequence[str]], indent: str = "  ") -> None:
+    """Print :func:`aligned` rows."""
+    for line in aligned(rows, indent):
+        say(line)
 
 
 def complain(sentence: str, status: int) -> NoReturn:
@@ -97,7 +126,7 @@ class Progress(Protocol):
         """
 
     def remark(self, sentence: str) -> None:
-        """Say a sentence that stays on the screen."""
+        """Say a sentence that stays on the screen; a command in it has an indented line of its own."""
 
 
 class _Silent:
@@ -111,61 +140,81 @@ class _Silent:
 SILENT: Progress = _Silent()  # not shown
 
 
-class PaceColumn(rich.progress.ProgressColumn):
-    """Pace and time left of a task that is counted in units."""
+class _Tail(rich.progress.ProgressColumn):
+    """Count, pace, time left and note of a task, as far as there is room in the line."""
 
     max_refresh = 0.5
 
     def render(self, task: rich.progress.Task) -> Text:
-        """The words of :func:`pace`; empty for a task that is done."""
-        counted = task.fields.get("count") and not task.finished
-        return Text(pace(task.speed, task.time_remaining) if counted else "")
+        """The words, empty of a task that has not counted yet."""
+        count, note = task.fields["count"], task.fields["note"]
+        words = (count, pace(task.speed, task.time_remaining) if count else "", note)
+        return Text(", ".join(filter(None, words)), no_wrap=True, overflow="ellipsis")
 
 
 class Bars:
-    """One progress bar for each stage, with its pace and the time left; nothing if the output is no terminal."""
+    """The stage at work as a bar with its pace and the time left, and a line with its time for each that has ended.
+
+    Where the output is no terminal there are the lines, and of a stage that takes long one a minute.
+    """
 
     def __init__(self):
         self.bars = rich.progress.Progress(
-            SpinnerColumn(),
-            TextColumn("{task.description:32}"),
-            BarColumn(bar_width=24),
-            TaskProgressColumn(show_speed=False),
-            TextColumn("{task.fields[count]}"),
-            TimeElapsedColumn(),
-            PaceColumn(),
-            TextColumn("{task.fields[note]}"),
+            SpinnerColumn(table_column=Column(no_wrap=True)),
+            TextColumn("{task.description}", table_column=Column(no_wrap=True)),
+            BarColumn(bar_width=12, table_column=Column(no_wrap=True)),
+            TaskProgressColumn(show_speed=False, table_column=Column(no_wrap=True)),
+            TimeElapsedColumn(table_column=Column(no_wrap=True)),
+            _Tail(),
             console=console,
+            transient=True,
             disable=console.quiet or not console.is_terminal,
         )
-        self.task: rich.progress.TaskID | None = None
+        self.name = ""  # of the stage at work
+        self.began = self.said = 0.0
+        self.words = ("", "")  # how much is done, and the note
 
     def __enter__(self):
         self.bars.start()
         return self
 
-    def __exit__(self, *_):
-        self._end()
+    def __exit__(self, kind, *_):
+        if kind is None:
+            self._end()
         self.bars.stop()
 
     def _end(self):
-        if self.task is not None:
-            total = self.bars.tasks[self.task].total
-            self.bars.update(self.task, completed=total, total=total)
-            self.bars.stop_task(self.task)
+        if self.name:
+            self._say(*self.words)
+        for task in self.bars.task_ids:
+            self.bars.remove_task(task)
+        self.name = ""
+
+    def _say(self, *words: str, state: str = ""):
+        seconds = time.perf_counter() - self.began
+        taken = f"{seconds:.1f} s" if seconds < 9.95 else duration(seconds)
+        say(f"  {self.name:<28} {taken:>11}{state}  {', '.join(filter(None, words))}".rstrip())
 
     def stage(self, name: str) -> None:
-        """Fill the bar of the stage before, and begin one of this name."""
+        """Say how long the stage before took, and begin one of this name."""
         self._end()
-        self.task = self.bars.add_task(name, total=1.0, count="", note="")
+        self.name, self.words, self.began = name, ("", ""), time.perf_counter()
+        self.said = self.began
+        self.bars.add_task(name, total=None, count="", note="")
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
         """Fill the bar of the stage so far."""
-        task = self.bars.add_task(unit, total=1.0, count="", note="") if self.task is None else self.task
+        if not self.name:
+            self.stage(unit)
         count = f"{done:g} of {total:g} {unit}" if unit else ""
-        self.bars.update(task, completed=done, total=total, count=count, note=note)
-        self.task = task
+        self.words = (f"{done:g} {unit.removesuffix('s') if done == 1 else unit}" if unit else "", note)
+        for task in self.bars.task_ids:
+            self.bars.update(task, completed=done, total=total, count=count, note=note)
+        if self.bars.disable and time.perf_counter() - self.said > _SAY_S:
+            self.said = time.perf_counter()
+            self._say(count, note, state=" so far")
 
     def remark(self, sentence: str) -> None:
-        """Print the sentence above the bars."""
-        say(sentence)
+        """Print the sentence above the bars, wrapped but for lines that are indented."""
+        for line in sentence.split("\n"):
+            say(line) if line.startswith(" ") else say_rows([(line,)], indent="")

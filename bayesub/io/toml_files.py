@@ -22,7 +22,7 @@ import pydantic
 from pydantic_core import CoreSchema, core_schema
 
 from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError, nearest, printable
+from bayesub.io.errors import InputError, check_known, nearest, printable
 
 DATA = resources.files("bayesub") / "data"
 
@@ -147,8 +147,8 @@ def find(name: str, kind: str) -> Path:
     if name in files:
         return files[name]
     if not is_path(name):
-        message = f"no {kind.removesuffix('s')} '{name}'{nearest(name, files)}; built in are {', '.join(files)}; "
-        raise InputError(message + "anything else must be the path of a file", "unknown", name)
+        hint = f"built in are {', '.join(files)}; anything else must be the path of a file"
+        check_known(name, files, f"no {kind.removesuffix('s')} '{name}'", hint=hint)
     return Path(name)
 
 
@@ -260,7 +260,7 @@ def _refusal(error: pydantic.ValidationError, model: type[Section]) -> tuple[str
         if "tag" not in context:
             return f"key '{key}' is missing{more}", "missing", key
         kinds = context["expected_tags"].replace("'", "").split(", ")
-        expected = f"{nearest(context['tag'], kinds)}; expected one of {', '.join(kinds)}{more}"
+        expected = nearest(context["tag"], kinds, f"expected one of {', '.join(kinds)}{more}")
         return f"key '{key}': unknown '{context['tag']}'{expected}", "unknown", key
     message = first["msg"].removeprefix("Value error, ").replace("a valid tuple", "a list")
     message = message.replace("valid dictionary or object to extract fields from", "table")

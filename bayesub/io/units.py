@@ -62,8 +62,9 @@ def find(unit: str) -> tuple[str, str]:
     """Quantity and name of a unit in any spelling; InputError for one that is not in the table."""
     if not known(unit):
         units = [name for names in QUANTITIES.values() for name in names]
-        suggestion = nearest(unit, units) or f"; known are {', '.join(units)}"
-        raise InputError(f"unknown unit '{unit}'{suggestion}; or leave it out and give factor", "unit", "unit")
+        hint = "or leave it out and give factor"
+        suggestion = nearest(unit, units, hint) if nearest(unit, units) else f"; known are {', '.join(units)}; {hint}"
+        raise InputError(f"unknown unit '{unit}'{suggestion}", "unit", "unit")
     return _EXACT.get(unit) or _UNITS[_key(unit)]
 
 

@@ -23,7 +23,7 @@ def folder() -> Path:
 
 
 def digest(*parts: str | bytes) -> str:
-    """What identifies a file, of everything that makes it."""
+    """The digest that identifies a file, of everything that makes it."""
     found = hashlib.sha256()
     for part in parts:
         content = part.encode() if isinstance(part, str) else part

@@ -131,7 +131,7 @@ class Family:
         return at.COEFFICIENTS + equations.N_COEFFICIENTS + equations.N_CONTROLS + equations.N_CONSTANTS
 
     def unit(self, name: str):
-        """What loops call of one of UNITS."""
+        """The functions that loops call, of one of UNITS."""
         return unit_address(self.lane_function(name), name, self.source)
 
     def lane_function(self, name: str) -> Callable:

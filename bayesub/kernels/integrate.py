@@ -32,7 +32,7 @@ MAX_PITCH = math.radians(85.0)
 
 
 class Forces(NamedTuple):
-    """What a loop has to know of an equation set."""
+    """What a loop needs of an equation set."""
 
     stage: int  # address of the lane function that takes a stage of a step (bayesub.kernels.families)
     quaternions: bool  # whether its states have a quaternion

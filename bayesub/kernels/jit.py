@@ -162,7 +162,7 @@ spliced: Decorator = functools.partial(numba.njit, inline="always", **_SETTINGS)
 def widest_vectors():
     """Let the compiler use 512-bit vectors in the function that calls this, where the processor has them.
 
-    LLVM prefers 256 bits unless told otherwise, function by function. Without the compiler this does nothing.
+    LLVM prefers 256 bits unless set otherwise, function by function. Without the compiler this does nothing.
     """
 
 

@@ -12,7 +12,7 @@ JUMP = 10.0  # median intervals, beyond which a step of the clock is compared wi
 STILL = 0.2  # share of the expected motion below which the boat stood still over the step
 ALIKE = 0.25  # share of their sum by which speeds before and after may differ
 _MOVED = 20.0  # median changes between readings that the expected motion must exceed
-_SLOW = 0.5  # share of the median speed of the log below which nobody knows what was due: a glider at the surface
+_SLOW = 0.5  # share of the median speed of the log below which the distance due is unknown: a glider at the surface
 
 LEAST = 20  # readings of one value in a row
 CHANCE = 1e-6  # probability of so many repeats, beyond which they are looked at
@@ -98,7 +98,7 @@ def _motion_over(columns: list[Series], before: float, after: float, n: int = 8)
             slope = np.polyfit(times - times[0], column.values[side], 1)[0] if len(times) > 2 else np.nan
             speeds.append(float(slope))
         if first in (0, len(column.times)) or not abs(speeds[1] - speeds[0]) < ALIKE * abs(sum(speeds)):
-            speeds = [0.0, 0.0]  # it turned in between, and nobody knows what was due
+            speeds = [0.0, 0.0]  # it turned in between, and the distance due is unknown
         moved.append(column.values[first] - column.values[first - 1])
         expected.append(np.mean(speeds) * (after - before))
         typical.append(np.median(np.abs(np.diff(column.values))))

@@ -108,7 +108,7 @@ def _misfits(data: Data, memory: _Memory) -> dict[str, tuple[Relation, Misfits]]
 def _best_mend(data: Data, headers: dict[str, str], memory: _Memory) -> tuple[Mend, str] | None:
     """The mend that brings the relations together most, and the words for it.
 
-    Kinematics does not tell a track that is mirrored from a heading that is; what the boat does after her rudder does.
+    Kinematics does not distinguish a mirrored track from a mirrored heading; the answer of the boat to her rudder does.
     """
     before, candidates = _misfits(data, memory), []
     for mend in mends(data, headers):

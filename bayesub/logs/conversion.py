@@ -15,7 +15,7 @@ from bayesub.logs.readers.signals import Signal, VehicleLog
 BACKWARDS_S = 1.0  # a clock that goes back by more was set; by less, messages overtook one another
 TICK_S = 1e-6  # resolution of the times that are written
 HOLD_S = 1e-3  # an order that is held changes within this time
-REPEAT_S = 0.5  # and is written this often at least, so that the pauses of others are none of its own
+REPEAT_S = 0.5  # and is written this often at least, so that it does not take over the pauses of others
 
 
 @dataclass(frozen=True)

@@ -163,7 +163,7 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
             message = f"{where}: times come with each signal; the section [time] says what is zero"
             raise InputError(message, "unknown", key)
         if not column.endswith(_OWN):
-            hint = "; bayesub manual files lists them, and those of a vehicle's own actuators end with one of "
+            hint = "the page 'files' of the manual lists them, and those of a vehicle's own actuators end with one of "
             check_known(column, known, f"{where}: unknown column", hint=hint + ", ".join(_OWN), key=key)
         other = names.setdefault(log_files.short_name(column), column)
         if other != column:

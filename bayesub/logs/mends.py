@@ -1,4 +1,4 @@
-"""What may be wrong with columns, each with the change that mends it."""
+"""Possible faults of columns, each with the change that mends it."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator

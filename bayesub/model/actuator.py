@@ -63,7 +63,7 @@ class Actuator:
     time_constant: float | None = None  # s
     angle_deg: float | None = None  # where a fin stands around the hull, seen from astern, clockwise from up
     # Of a fin by geometry 1 if its trailing edge goes counterclockwise, seen from astern, with a positive value, -1 if
-    # it goes clockwise; 0 if nobody says.
+    # it goes clockwise; 0 if not given.
     turns: int = 0
     zero: float = 0.0  # value with which it does nothing
     commanded: bool = False  # whether its column is of commands

@@ -43,7 +43,7 @@ class DisplacementSection(Section):
 
 
 class ActuatorSection(Section):
-    """What all kinds of ``[[actuators]]`` have."""
+    """Keys of all kinds of ``[[actuators]]``."""
 
     name: Name
     column: str | None = None
@@ -119,7 +119,7 @@ class FinSection(ActuatorSection):
 
 
 class PushingSection(ActuatorSection):
-    """What pushes along an axis at a place."""
+    """An actuator that pushes along an axis at a place."""
 
     position_m: Vector3
     direction: Vector3

@@ -148,7 +148,7 @@ class ControlHistories:
         return points, integrals
 
     def _ends(self, i, amounts):
-        """What acts at the begin and end of each step (n_batch, n, 2)."""
+        """The controls that act at begin and end of each step (n_batch, n, 2)."""
         from bayesub.kernels.actuator_response import straight_lines
 
         return straight_lines(self._responses(i, self._boundaries, *self._lateness(i, amounts))[1], self._step)

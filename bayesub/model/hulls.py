@@ -91,7 +91,7 @@ class Hull:
         return [surging, *((part, sd * part) for part, sd in parts), (np.zeros((6, 6)), off_centre)]
 
     def _fins(self, fins: FinsSection) -> tuple[np.ndarray, np.ndarray]:
-        """What fins add to the added-mass matrix: by moving crosswise, and by rolling."""
+        """Contributions of fins to the added-mass matrix, by moving crosswise and by rolling."""
         aft, weights = nodes(fins.from_m, fins.to_m)
         x = self.origin - aft
         breadth, height = self.file.hull.half_widths(aft)

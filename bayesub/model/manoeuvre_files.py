@@ -8,7 +8,7 @@ import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Length, Positive, Section, Speed
 from bayesub.logs import log_files
 from bayesub.model import closed_loop
@@ -268,12 +268,10 @@ def read_manoeuvre(path: Path) -> ManoeuvreFile:
     content = toml_files.read_toml_table(path)
     kind = content.get("kind")
     if not isinstance(kind, str) or kind not in KINDS:
-        fault = "is missing" if kind is None else f"is '{kind}'{nearest(str(kind), KINDS)}"
-        raise InputError(
-            f"{path}: key 'kind' {fault}; expected one of {', '.join(KINDS)}",
-            "missing" if kind is None else "unknown",
-            "kind",
-        )
+        expected = f"expected one of {', '.join(KINDS)}"
+        if kind is not None:
+            check_known(str(kind), KINDS, f"{path}: key 'kind' is '{kind}'", hint=expected, key="kind")
+        raise InputError(f"{path}: key 'kind' is missing; {expected}", "missing", "kind")
     return toml_files.validate(content, KINDS[kind], str(path))
 
 

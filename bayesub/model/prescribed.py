@@ -58,7 +58,7 @@ class Prescribed:
 
 def check(angle: str, subproblem: str | None) -> None:
     """InputError for an angle that cannot be prescribed in a sub-problem."""
-    check_known(angle, PLANES, f"prescribed: '{angle}' is no angle", hint="; expected pitch or yaw")
+    check_known(angle, PLANES, f"prescribed: '{angle}' is no angle", hint="expected pitch or yaw")
     if subproblem != PLANES[angle]:
         flown = "six degrees of freedom" if subproblem is None else f"the {subproblem} sub-problem"
         raise InputError(

@@ -17,7 +17,7 @@ Vector9 = Annotated[tuple[float, ...], pydantic.Field(min_length=9, max_length=9
 
 
 class PropulsionSection(Section):
-    """What all propulsion models share."""
+    """Common base of the propulsion models."""
 
     thrust_line_z_m: float = 0.0
     torque: tuple[float, float] = (0.0, 0.0)  # K_n1 in N m per rpm^2, K_n2 in N m s per (rpm m)

@@ -114,7 +114,7 @@ def _index(plane):
     return lambda boats: linear_motion.stability_index(boats, plane)
 
 
-_TURNING = f"with {RUDDER_DEG:g} degrees of rudder, or as far as it goes"
+_TURNING = f"with {RUDDER_DEG:g} degrees of rudder, or its limit"
 _ASTERN = "the propeller turns astern as fast as it has turned ahead"
 _NO_TURN = f"the heading does not change so far in {TURN:g} ship lengths"
 _NO_REVERSAL = f"the heading does not follow within {ZIGZAG:g} ship lengths"

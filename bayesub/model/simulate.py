@@ -5,7 +5,7 @@ from typing import TypedDict, Unpack
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.model.disturbance import Disturbance, ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulator import MAX_STEPS, Simulator, true_step
@@ -90,8 +90,7 @@ def simulate(
     times = np.minimum(times, manoeuvre.duration)
     changes, known = {}, vehicle.actuators.parameters
     for name, value in (actuators or {}).items():
-        if name not in known:
-            raise InputError(f"actuators: there is no '{name}'{nearest(name, known)}", "unknown", name)
+        check_known(name, known, f"actuators: there is no '{name}'")
         i, kind = known[name]
         changes[name] = value - vehicle.actuators.members[i].nominal(kind)
     if integration.get("dt") is None:

@@ -41,7 +41,7 @@ def fly(
     """States (n, n_times, 12) of a flight whose planes are put over at 0 s, every STEP * _SAMPLE ship lengths.
 
     It goes as many ship lengths as are travelled at the trial speed, confined to a plane. `orders` are by the columns
-    of controls where these have come to rest before, and where they are ordered, deg, or as far as they go. After
+    of controls where these have come to rest before, and where they are ordered, deg, or to their limits. After
     `astern` ship lengths the propeller turns astern, as fast as it has turned ahead. `initial` (n, 12) are the states
     at the start.
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -32,6 +32,7 @@ MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 SINGULAR = 1e-12  # smallest singular value over the largest, in units of length and mass of the boat; hulls have 1e-3
 
 FASTEST, CURRENT = 10.0, 10.0  # trial speeds, and m/s, of which a boat does the larger at most
+_COASTS = 0.8  # speed in the last fifth of a log over that in the first, below which a boat loses speed
 _SPEEDS = ("u", "v", "w", "u_ground", "v_ground", "w_ground", "north", "east", "down", "sog", "stw")
 
 
@@ -124,19 +125,18 @@ class Vehicle(Displayed):
         """InputError with its `source` for a log (n,), in SI units, of what this boat cannot have done.
 
         It moves, through the water or over the ground, and has its propeller turn for a speed, of more than
-        ten trial speeds and ten metres a second; or it has its propeller stand still all the time, and nothing else
-        that drives it.
+        ten trial speeds and ten metres a second; or its propeller stands still all the time, nothing else drives it,
+        and it does not lose speed, as in a coast-down.
         """
         most = max(FASTEST * self.speed_mps, CURRENT)
         limits = dict.fromkeys((name for name in _SPEEDS if name in log), most)
         if "rpm" in log and "rpm" in self.inputs and "rpm" not in self.actuators.shorts:
             limits["rpm"] = most * self.rpm_per_mps
             drives = any(a.force[0] or a.force_of_square[0] or a.force_of_speed[0] for a in self.actuators.members)
-            if not drives and not np.nan_to_num(log["rpm"]).any():
-                message = (
-                    f"{source}: column 'rpm': is 0 in all rows, and nothing else drives '{self.name}'; log it, or "
-                )
-                raise InputError(message + "delete the column, which is self-propulsion", "data", "rpm")
+            if not drives and not np.nan_to_num(log["rpm"]).any() and not _loses_speed(log):
+                message = f"{source}: column 'rpm': is 0 in all rows, nothing else drives '{self.name}', and no column "
+                remedy = "shows that it loses speed; log it, or delete the column, which is self-propulsion"
+                raise InputError(message + remedy, "data", "rpm")
         for name, limit in limits.items():
             for row in np.flatnonzero(np.abs(log[name]) > limit)[:1]:
                 header = HEADERS[name]
@@ -189,6 +189,19 @@ class Vehicle(Displayed):
             if self.equations.degrees_of_freedom == 6:
                 idle |= {"xG"}
         return frozenset(idle)
+
+
+def _loses_speed(log: Mapping[str, np.ndarray]) -> bool:
+    """Whether a log (n,), in SI units, shows a boat that slows down from its first to its last fifth."""
+    speeds = [np.abs(log[name]) for name in ("u", "u_ground", "stw", "sog") if name in log]
+    if {"x", "y"} <= log.keys():
+        fixed = np.isfinite(log["x"]) & np.isfinite(log["y"])
+        steps = np.diff([log["x"][fixed], log["y"][fixed]], axis=1)
+        speeds.append(np.hypot(*steps) / np.diff(log["time"][fixed]))
+    known = (some[np.isfinite(some)] for some in speeds)
+    return any(
+        n and some[-n:].mean() < _COASTS * some[:n].mean() for some in known if (n := len(some) // 5 or len(some))
+    )
 
 
 def mass_matrix(equations: EquationSet, dimensional: np.ndarray, body: np.ndarray) -> np.ndarray:

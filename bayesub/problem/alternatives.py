@@ -141,7 +141,7 @@ class LeftOut:
 
     @property
     def costs(self) -> Costs:
-        """What has been computed so far."""
+        """Counts of what has been computed."""
         return self.problem.costs
 
     @cached_property

@@ -201,7 +201,7 @@ class PosteriorDensity(Viewed):
 
     @property
     def costs(self) -> Costs:
-        """What this problem and its views have computed so far."""
+        """Counts of what this problem and its views have computed."""
         raise NotImplementedError
 
     def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:

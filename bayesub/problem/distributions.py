@@ -36,7 +36,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 class Prior:
-    """What the priors of this module share."""
+    """Common base of the priors of this module."""
 
     if TYPE_CHECKING:  # attributes of some priors, properties of others
 
@@ -122,7 +122,7 @@ class Prior:
     def found(self, draws: np.ndarray) -> "Prior":
         """What was known before: this prior, an unknown scale as draws (n, n_params) of the posterior say it.
 
-        A scale that the data say narrows the prior of parameters that they do not see, and tells nothing of these.
+        A scale that the data say narrows the prior of parameters that they do not see, and says nothing about these.
         """
         return self
 

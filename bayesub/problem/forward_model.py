@@ -283,7 +283,7 @@ class ForwardModel:
         return values
 
     def _given(self, values: np.ndarray) -> Given:
-        """What members of a batch have of their own, as the simulator takes it."""
+        """What differs between members of a batch, as the simulator takes it."""
         amounts = self.nuisances.amounts(values)
         if self.simulator.knots is not None:
             forces = self.forces(values)[:, self.disturbances.members(AXES)].reshape(len(values), -1)

@@ -90,7 +90,7 @@ class JointProblem(PosteriorDensity):
             yield trial, problem, parameters[..., self._places[trial]]
 
     def _of_trials(self, method, parameters, *arguments):
-        """What a method returns for each trial at parameters (n_batch, n_params)."""
+        """The results of a method for each trial at parameters (n_batch, n_params)."""
         parameters = np.atleast_2d(parameters)
         return [getattr(problem, method)(values, *arguments) for _, problem, values in self.each_trial(parameters)]
 

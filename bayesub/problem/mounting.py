@@ -26,7 +26,7 @@ _LEVER = "lever_"
 
 @dataclass(frozen=True)
 class Mount:
-    """What one parameter is of.
+    """The instrument and the clock or lever arm that a parameter stands for.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Mount:
 
 
 def mounts(channels: Sequence[Channel]) -> dict[str, Mount]:
-    """Name -> what it is, of every such parameter that these channels could have."""
+    """Name -> instrument and quantity, of every such parameter that these channels could have."""
     found = {}
     for instrument, members in _by_instrument(channels).items():
         found[f"clock_{instrument}_s"] = Mount(instrument, "", members[0].clock_offset_s)

@@ -40,7 +40,7 @@ from bayesub.sensors.record import Channel
 
 _UNITS = {"I": "kgm2", "x": "m", "y": "m", "z": "m"}
 CURRENTS = ("current_north_mps", "current_east_mps")
-ON_READINGS = ("bias", "scale")  # attributes of a channel that are none of its noise
+ON_READINGS = ("bias", "scale")  # attributes of a channel that are not its noise
 _SCALED = ("mps", "degps", "mps2", "degps2")  # units of the columns whose sensors have a scale
 
 # Name -> entries of the body vector and what a unit of the parameter adds to each; b1 .. b9 in their own unit.
@@ -122,7 +122,7 @@ def find(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre, channels: Sequence[C
         return _of_propeller(vehicle, manoeuvre)
     if name in CURRENTS:
         if not any(channel.over_ground for channel in channels):
-            raise _refused(name, "no channel is over the ground, so that none feels a current")
+            raise _refused(name, "no channel is measured over the ground, so that a current has no effect")
         return Nuisance(name, 0.0)
     mounts = mounting.mounts(channels)
     if name in mounts:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.disturbance import check_axes
@@ -225,8 +225,7 @@ def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tu
     """
     names = [channel.name for channel in channels]
     for name in by_name:
-        if name not in names:
-            raise InputError(f"noise: there is no channel '{name}'{nearest(name, names)}", "unknown", name)
+        check_known(name, names, f"noise: there is no channel '{name}'")
     return tuple(
         by_name.get(channel.name) or likelihoods.reading_noise(channel.sd, channel.resolution) for channel in channels
     )

@@ -1,6 +1,6 @@
 """A log-normal prior whose scale is unknown and the same for several parameters: a hierarchical one.
 
-Guesses of the coefficients of an axis come from one source, and nobody knows how good it is. With the logarithms
+Guesses of the coefficients of an axis come from one source, whose accuracy is unknown. With the logarithms
 ``u_k = log(parameter_k / median_k)`` of one axis
 
     u | scale ~ N(0, scale^2 I),    scale one of several values, each as probable:

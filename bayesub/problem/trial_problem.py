@@ -55,7 +55,7 @@ class FlownTrial(PosteriorDensity):
     def reference(self) -> np.ndarray:
         """(n_params,) the truth behind a synthetic record, otherwise the values of the vehicle and the manoeuvre.
 
-        Of parameters of the noise that nobody knows it is the value given with the noise model. Histories of forces
+        Of parameters of the noise that are unknown it is the value given with the noise model. Histories of forces
         are those of the truth between the knots, as near as they come to it.
         """
         return np.concatenate([self._true_xi[self.columns], self._true_nuisances[self.inferred]])
@@ -188,7 +188,7 @@ class TrialProblem(FlownTrial):
 
     @property
     def costs(self) -> Costs:
-        """What this problem and its views have computed so far."""
+        """Counts of what this problem and its views have computed."""
         return self.forward.costs
 
     def each_trial(self, parameters: np.ndarray) -> "Iterator[tuple[str, TrialProblem, np.ndarray]]":

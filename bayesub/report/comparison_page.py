@@ -11,7 +11,7 @@ from bayesub.io.words import cell, uncertain, with_unit
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 from bayesub.report.plots import coefficients, motion
 
-MOST = len(coefficients.RUNS)  # runs that can be told apart
+MOST = len(coefficients.RUNS)  # runs that can be distinguished
 FURTHEST = 5  # parameters that are named of a pair
 _PRIOR_90 = 1.645  # sds of a normal prior from its mean
 
@@ -90,7 +90,7 @@ def sheet(comparison: Comparison, **about) -> Sheet:
     in_doubt = [f"{label} {run['verdict'].upper()}" for label, run in numbers["runs"].items() if STATUS[run["verdict"]]]
     verdicts = [Verdict(True, "Compared.", " ".join(numbers["sentences"].values()))]
     if in_doubt:
-        verdicts.insert(0, Verdict(False, "IN DOUBT:", f"{', '.join(in_doubt)}. What is said of it may be wrong."))
+        verdicts.insert(0, Verdict(False, "IN DOUBT:", f"{', '.join(in_doubt)}. Statements about it may be wrong."))
     coefficients, *others = figures(comparison)
     differences = []
     if comparison.differences:

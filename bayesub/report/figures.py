@@ -93,8 +93,8 @@ def _ranks(sample, equations) -> ReportFigure:
         "ranks",
         f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
         "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"Of all bars of {len(sample.names)} parameters and {len(sample.chain)} ensembles "
-        f"{100 * convergence.outside(sample):.2g} % are beyond their grey band, up to 1 % by chance.",
+        f"In all, {100 * convergence.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
         partial(convergence.draw_ranks, posterior=sample, equations=equations),
     )
 
@@ -239,7 +239,7 @@ def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) ->
 
 
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
-    """What each trial was told to do."""
+    """The orders of each trial."""
     trials = {name: (trial.manoeuvre, problem.vehicle.actuators) for name, trial, _ in problem.each_trial(parameters)}
     some = f" of the first {track.MOST_ORDERS} of {len(trials)} trials" if len(trials) > track.MOST_ORDERS else ""
     synthetic = all(trial.record.truth is not None for _, trial, _ in problem.each_trial(parameters))

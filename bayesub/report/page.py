@@ -7,7 +7,7 @@ import base64
 import re
 import tempfile
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from itertools import count
@@ -19,6 +19,7 @@ from markupsafe import Markup
 
 from bayesub.io import templates
 from bayesub.io.atomic import write_text
+from bayesub.io.terminal import SILENT, Progress
 
 PLACE = '<nav aria-label="Contents"></nav>'
 _HEADING = re.compile(r"<h2>(.*?)</h2>")
@@ -45,15 +46,20 @@ class ReportFigure:
     title: str = ""  # what stands above it; empty where the page says it
 
 
-def draw_all(figures: Iterable[ReportFigure], folder: Path, *, pdf: bool = False) -> dict[str, tuple[str, bytes]]:
+def draw_all(
+    figures: Sequence[ReportFigure], folder: Path, *, pdf: bool = False, progress: Progress = SILENT
+) -> dict[str, tuple[str, bytes]]:
     """Draw figures into files of a folder, PDFs too if asked; name -> caption, and what a page shows, PNG or SVG."""
-    pictures = {}
+    pictures: dict[str, tuple[str, bytes]] = {}
+    progress.stage("figures and page")
     with tempfile.TemporaryDirectory() as scratch:
         for figure in figures:
+            progress.update(len(pictures), len(figures), "figures", figure.name)
             svg = Path(scratch) / f"{figure.name}.svg"
             png, *others = (folder / f"{figure.name}{suffix}" for suffix in ([".png", ".pdf"] if pdf else [".png"]))
             figure.draw([png, *others, svg])
             pictures[figure.name] = figure.caption, smaller(png.read_bytes(), svg.read_bytes())
+    progress.update(len(figures), len(figures), "figures")
     return pictures
 
 
@@ -102,7 +108,7 @@ class Sheet:
 
     def write(self, file: Path, *, pdf: bool = False) -> None:
         """Write the page, and its figures beside it; of them PDFs too if asked."""
-        pictures = draw_all((part for part in self.parts if isinstance(part, ReportFigure)), file.parent, pdf=pdf)
+        pictures = draw_all([part for part in self.parts if isinstance(part, ReportFigure)], file.parent, pdf=pdf)
         write_text(file, fill("sheet.html", pictures, sheet=self))
 
 

@@ -16,6 +16,7 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io.atomic import write_text, writing
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.io.words import markdown
 from bayesub.report import page as pages
 from bayesub.report import widgets
@@ -35,6 +36,7 @@ class ReportedStudy:
     commit: str | None = None  # of the sources, for the foot of the page
     # What made the run, such as versions and date, for the set-up at the top of the page: title -> text
     origin: Mapping[str, str] = field(default_factory=dict)
+    progress: Progress = SILENT  # who hears which figure is drawn
 
 
 def write_report(
@@ -97,7 +99,8 @@ def write_report(
     folder = Path(folder)
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        pictures = pages.draw_all(figures(results, reference, word, numbers["baselines"]), folder, pdf=pdf)
+        drawn = list(figures(results, reference, word, numbers["baselines"]))
+        pictures = pages.draw_all(drawn, folder, pdf=pdf, progress=asked.progress)
         write_text(folder / "numbers.json", json.dumps(numbers, indent=1))
         live = widgets.content(results, reference, word)
         write_text(folder / "report.html", page(numbers, pictures, asked.commit, live))

@@ -145,7 +145,7 @@ def commit() -> str:
 
 
 def commit_flaw(commit: str) -> str:
-    """Why nobody can have the sources of a run again by its commit; empty if one can, or if it cannot be told here."""
+    """Why the sources of a run cannot be had again by its commit; empty if one can, or if that is unknown here."""
     if commit.endswith("-dirty"):
         return f"made of changes that were not committed ({commit})"
     if _git("rev-parse", "--is-shallow-repository") != "false":  # no checkout, or one without its history

@@ -123,6 +123,6 @@ def _others(folder: Path, compared: set[str], beyond: dict[str, str]):
     for study in [*beyond, *sorted(run - compared - set(beyond))]:
         if study in run:
             question = toml_files.read_toml_table(folder / study / "config.toml").get("question", "")
-            yield f"[{study}]({study})", beyond.get(study, ""), question
+            yield f"[{study}]({runs.entry(folder / study).page or study})", beyond.get(study, ""), question
         else:
             yield study, beyond[study], NOT_RUN

@@ -51,6 +51,10 @@ def test_every_command_explains_itself_with_an_example(path, command):
         (["report"], "bayesub: Missing argument 'DIR'; see bayesub report --help\n"),
         (["new", "vehicle"], "bayesub: Missing argument 'NAME'; see bayesub new vehicle --help\n"),
         (["nosuch"], "bayesub: No such command 'nosuch'; see bayesub --help\n"),
+        (["rnu"], "bayesub: No such command 'rnu': did you mean 'run'? See bayesub --help\n"),
+        (["new", "studdy"], "bayesub: No such command 'studdy': did you mean 'study'? See bayesub new --help\n"),
+        (["run", "x", "--quik"], "bayesub: No such option '--quik'. Did you mean '--quick'? See bayesub run --help\n"),
+        (["new", "study", "x"], "bayesub: a study needs --vehicle and one of --manoeuvre and --data\n"),
     ],
 )
 def test_an_error_of_a_command_names_its_help(bayesub, words, said):
@@ -93,8 +97,12 @@ def listed(**environment):
 
 
 def test_nothing_but_text_where_there_is_no_terminal(capsys):
+    """And nothing at the ends of its lines."""
     app.app.main(["list"], prog_name="bayesub", standalone_mode=False)
-    assert "\x1b" not in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "\x1b" not in out
+    assert all(line == line.rstrip() for line in out.splitlines())
+    assert "\n\nVehicles\n  auv690 " in out
 
 
 def test_no_colour_where_it_is_not_wanted():
@@ -109,24 +117,47 @@ def test_the_pace_of_a_stage():
     assert [duration(s) for s in (6.6, 125, 3780)] == ["7 s", "2 min 05 s", "1 h 03 min"]
 
 
-def test_bars_show_counts_pace_and_notes(monkeypatch):
-    """On a terminal; where there is none, nothing."""
-    for is_terminal in (True, False):
-        text = io.StringIO()
-        console = Console(file=text, force_terminal=is_terminal, width=200, color_system=None)
-        monkeypatch.setattr(terminal, "console", console)
-        with terminal.Bars() as bars:
-            bars.stage("count")
-            for k in range(4):
-                bars.update(k, 4, "starts", "R-hat 1.02")
-                time.sleep(0.02)
-                bars.bars.refresh()
-        if not is_terminal:
-            assert text.getvalue().strip() == ""
-            return
-        assert "3 of 4 starts" in text.getvalue()
-        assert re.search(r"[0-9.]+/s, [0-9]+ s left", text.getvalue())
-        assert "R-hat 1.02" in text.getvalue()
+def counted(monkeypatch, width, is_terminal):
+    """What a stage that counts to three of four shows."""
+    text = io.StringIO()
+    console = Console(file=text, force_terminal=is_terminal, width=width, color_system=None)
+    monkeypatch.setattr(terminal, "console", console)
+    with terminal.Bars() as bars:
+        bars.stage("sample the posterior")
+        for k in range(4):
+            bars.update(k, 4, "steps", "R-hat 1.02")
+            time.sleep(0.02)
+            bars.bars.refresh()
+    return text.getvalue()
+
+
+@pytest.mark.parametrize("width", [80, 100, 200])
+def test_bars_show_counts_pace_and_notes(monkeypatch, width):
+    """On a terminal; the clock is whole in any, and what has no room is left out at the end."""
+    shown = counted(monkeypatch, width, is_terminal=True)
+    assert re.search(r"sample the posterior \S+ +75% 0:00:00 3 of 4 steps, [0-9.]+/s, [0-9]+ s left", shown)
+    assert ("R-hat 1.02\n" in shown) == (width >= 80)
+
+
+def test_a_stage_that_has_ended_is_a_line(monkeypatch):
+    """Where there is no terminal too; there one that takes long has a line now and then."""
+    line = r"  sample the posterior +0\.\d s  3 steps, R-hat 1\.02\n"
+    assert re.fullmatch(line, counted(monkeypatch, 80, is_terminal=False))
+    monkeypatch.setattr(terminal, "_SAY_S", 0.0)
+    *so_far, last = counted(monkeypatch, 80, is_terminal=False).splitlines()
+    assert [text.partition("so far  ")[2] for text in so_far] == [f"{k} of 4 steps, R-hat 1.02" for k in range(4)]
+    assert re.fullmatch(line, f"{last}\n")
+
+
+def test_help_has_a_whole_line_for_each_command():
+    """Of the groups too, within 80 columns."""
+    for path, command in commands():
+        if isinstance(command, click.Group):
+            text = command.get_help(click.Context(command, info_name=" ".join(path), terminal_width=80))
+            names = command.list_commands(click.Context(command))
+            lines = [line for line in text.splitlines() if line.split()[:1] and line.split()[0] in names]
+            assert len(lines) == len(names)
+            assert all(len(line) <= 80 and not line.endswith("...") for line in lines)
 
 
 def test_list_survives_files_that_are_no_studies(tmp_path, monkeypatch, capsys):

@@ -1,4 +1,4 @@
-"""What hangs on the prior, of toys whose posterior is known, and what is said of it."""
+"""What depends on the prior, of toys whose posterior is known, and the sentence about it."""
 
 from types import SimpleNamespace
 
@@ -32,7 +32,7 @@ def told(prior, slopes, readings, rng, histories=()):
 
 
 @pytest.mark.parametrize("first", ["normal", "uniform"])
-def test_a_parameter_hangs_on_what_speaks(first, rng):
+def test_a_parameter_depends_on_prior_data_or_both(first, rng):
     """Also of a uniform prior: a power of it is the same, so that it is scaled where it is standard normal."""
     unseen = {"normal": Normal(np.ones(1), np.ones(1)), "uniform": Uniform(np.zeros(1), np.ones(1))}[first]
     others = LogNormal(np.array([2.0]), np.array([0.3])), Normal(np.zeros(1), np.ones(1))
@@ -66,10 +66,33 @@ def test_few_effective_draws_do_not_say_what_they_do_not_know(rng):
     assert words[400.0].count("prior") > 10
 
 
-def test_the_sentence_names_what_hangs_on_the_prior():
-    rows = [{"name": name, "hangs_on": word} for name, word in zip(NAMES, ("prior", "likelihood", "both"), strict=True)]
+def test_a_prior_half_as_wide_changes_a_normal_posterior_as_it_must(rng):
+    """Beside the posterior of the same readings with half the sd, also where one combination alone is known."""
+    rows = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 2.0]]) / 0.01
+    data = rows @ np.array([1.5, -0.2, 1.0])
+    ends = []
+    for precision in (1.0, 4.0):
+        covariance = np.linalg.inv(rows.T @ rows + precision * np.eye(3))
+        ends.append((covariance @ rows.T @ data, covariance))
+    (mean, covariance), (half_mean, half_covariance) = ends
+    t = rng.standard_normal((4000, 3))
+    t = np.linalg.solve(np.linalg.cholesky(np.cov(t.T)), (t - t.mean(axis=0)).T).T  # of these moments to the last digit
+    shift, width = conflicts.half_prior(mean + t @ np.linalg.cholesky(covariance).T)
+    sd = np.sqrt(np.diag(covariance))
+    assert shift == pytest.approx((half_mean - mean) / sd, abs=1e-7)
+    assert width == pytest.approx(np.sqrt(np.diag(half_covariance)) / sd, rel=1e-7)
+    assert width[:2] == pytest.approx(0.5, abs=1e-3)  # each as wide as the prior makes it
+    assert width[2] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_what_never_moves_has_no_shift():
+    assert conflicts.half_prior(np.full((9, 1), 0.3)) == (0.0, 0.0)
+
+
+def test_the_sentence_says_what_priors_half_as_wide_would_change():
+    effects = {"unseen": (0.1, 0.5), "known": (0.0, 1.0), "pulled": (-0.9, 0.8)}
+    rows = [{"name": name, "half_prior_shift": d, "half_prior_width": w} for name, (d, w) in effects.items()]
     text = conflicts.sensitivity_sentence(rows)
-    assert "another answer for unseen." in text
-    assert "pull pulled to different sides" in text
-    assert "known" not in text
+    assert "intervals of 1 of 3 coefficients" in text
+    assert "pulled by 0.9 (" in text
     assert conflicts.sensitivity_sentence(rows[1:2]) == ""

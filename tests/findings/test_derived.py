@@ -73,7 +73,7 @@ def test_numbers_are_json_and_a_stable_boat_has_no_loop(with_data):
     assert found["stable"]["straight_line_stability"]["prior"] == pytest.approx(1.0 - loop["prior"]["share"], abs=0.02)
     said = derived.sentence(found)
     assert "tactical diameter" in said
-    assert "Stable on a straight course with 100 %" in said
+    assert "Stable on a straight course with probability 100 %" in said
 
 
 def test_a_horizontal_trial_says_nothing_of_dives(with_data):

@@ -138,7 +138,7 @@ def test_sentences_say_which_axis_lacks_what(numbers):
     said = disturbances.sentences(numbers["disturbance"])
     assert said["disturbance"].startswith("surge: ")
     assert " of the hull's force, " in said["disturbance"]
-    assert "Correlated over " in said["disturbance"]
+    assert "Correlation time " in said["disturbance"]
     assert "sd of Y " in said["disturbance"]
     assert "sd of X " not in said["disturbance"]
     assert said["missing_terms"].startswith("No history follows a regressor")
@@ -162,11 +162,12 @@ def test_what_sensors_do_not_see_and_what_is_missing_is_said(numbers):
         {"axis": "Y", "terms": [held | {"free": True}], "rms_n": 1.7, "p_value": 1e-3},
     ]
     said = disturbances.sentences(content | {"trials": [{"name": "first", "axes": rows}], "followed": followed})
-    assert said["disturbance"].startswith("first: surge: not seen by these sensors (posterior sd 0.97 of the prior's)")
+    beginning = "first: surge: not determined by these sensors (posterior sd 0.97 of the prior's)"
+    assert said["disturbance"].startswith(beginning)
     assert "largest in the turns" in said["disturbance"]
     missing = said["missing_terms"]
-    assert "Sway follows v*nu (or v*v, which this motion does not tell apart)" in missing
-    assert "as Yv_absnu off by -0.03 +- 0.004 (1.7 N rms)" in missing
+    assert "Sway follows v*nu (or v*v, which this motion cannot distinguish)" in missing
+    assert "as if Yv_absnu were off by -0.03 ± 0.004 (1.7 N rms)" in missing
     assert "held at 0.1, 30 % of it: a missing or wrongly held term" in missing
     assert "no such term on X; it would be 2 N rms" in missing
     assert "Yv_absnu is free" in missing

@@ -87,4 +87,4 @@ def test_a_boat_that_does_not_complete_the_log_does_not_predict(problem):
 def test_of_simulated_trials_nothing_is_missing():
     assert unseen.sentence([], 0) == {}
     assert "second log" in unseen.sentence([], 1)["prediction"]
-    assert "fitted on 3 logs, no log left out" in unseen.sentence([], 3)["prediction"]
+    assert "all 3 logs are fitted" in unseen.sentence([], 3)["prediction"]

@@ -146,7 +146,7 @@ def test_planted_faults_are_found(suboff, fault):
         ("zG", -1.0, "no righting moment: the centre of gravity lies 0.6 m above that of buoyancy"),
         ("zG", -0.4, "lies at the height of that of buoyancy"),
         ("buoyancy", 9.6e7, "buoyancy is 97.59 % of the weight"),
-        ("Ixx", 2e10, "those of no body"),
+        ("Ixx", 2e10, "not those of a body"),
         ("Iyy", 6.2e6, "Iyy is that of a radius of gyration of 0.0077 ship lengths"),
         ("zP", 3.0, "does not fly straight"),
     ],

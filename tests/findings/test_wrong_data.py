@@ -83,7 +83,7 @@ def test_a_right_log_contradicts_nothing_and_its_drag_rests_on_the_scales(auv, f
         move = rows[name]["moves"][0]
         assert move["name"] == "Xuu"
         assert move["relative"] == pytest.approx(share, rel=0.2)
-        assert f"of {name} is" in sentences["rests_on"]
+        assert f"in {name} changes" in sentences["rests_on"]
 
 
 @pytest.mark.parametrize(
@@ -97,9 +97,9 @@ def test_a_right_log_contradicts_nothing_and_its_drag_rests_on_the_scales(auv, f
 def test_what_is_wrong_with_sensors_is_named(auv, flown, name, change, truth):
     """As far off as it is, within four of its standard deviations, where another column knows it as well."""
     _, _, rows, sentences = said(auv, flown[0], changed(flown[1], change))
-    assert f"{name} were" in sentences["contradiction"]
+    assert f"{name} is" in sentences["contradiction"]
     assert abs(rows[name]["off"]) > rests_on.CONTRADICTION
-    assert rows[name]["told"] == pytest.approx(truth, abs=max(4.0 * rows[name]["told_to"], 0.2 * abs(truth)))
+    assert rows[name]["estimate"] == pytest.approx(truth, abs=max(4.0 * rows[name]["estimate_sd"], 0.2 * abs(truth)))
 
 
 def test_linear_change_is_that_of_a_fit_to_the_wrong_log(auv, flown):
@@ -114,16 +114,16 @@ def test_linear_change_is_that_of_a_fit_to_the_wrong_log(auv, flown):
     inferred = gauss_newton(bs.Problem(auv, manoeuvre, record, nuisance=unknown, **OPTIONS))
     k = inferred.names.index("scale_u_ground")
     assert inferred.values[k] == pytest.approx(
-        rows["scale_u_ground"]["told"], abs=0.1 * rows["scale_u_ground"]["told_to"]
+        rows["scale_u_ground"]["estimate"], abs=0.1 * rows["scale_u_ground"]["estimate_sd"]
     )
-    assert np.sqrt(inferred.covariance[k, k]) == pytest.approx(rows["scale_u_ground"]["told_to"], rel=0.05)
+    assert np.sqrt(inferred.covariance[k, k]) == pytest.approx(rows["scale_u_ground"]["estimate_sd"], rel=0.05)
 
 
 @pytest.mark.parametrize("column", ["propeller", "rudder"])
 def test_wrong_controls_cannot_be_told_and_the_answer_says_what_it_rests_on(auv, flown, column):
     """A thrust or a rudder that is 1.2 times as strong trades off with what it is to tell."""
     *_, rows, sentences = said(auv, *flown)
-    assert f"of scale_{column} is" in sentences["rests_on"]
+    assert f"in scale_{column} changes" in sentences["rests_on"]
     assert {"propeller": "Xuu", "rudder": "Nuu_dr"}[column] in [
         move["name"] for move in rows[f"scale_{column}"]["moves"]
     ]
@@ -178,7 +178,7 @@ def with_late_readings(log):
         (lambda log: log.assign(u_ground_mps=1.03 * log.u_ground_mps), "contradiction", "scale_u_ground were 1.03"),
         (lambda log: log.assign(rpm=1.1 * log.rpm), "contradiction", "scale_propeller were 0."),
         (lambda log: log.assign(rudder_deg=1.2 * log.rudder_deg), "rests_on", "of scale_rudder is"),
-        (with_late_readings, "contradiction", "clock_offset_s were "),
+        (with_late_readings, "contradiction", "clock_offset_s is "),
     ],
 )
 def test_what_the_sampled_posterior_of_the_own_log_says(tmp_path, change, topic, words):
@@ -189,4 +189,4 @@ def test_what_the_sampled_posterior_of_the_own_log_says(tmp_path, change, topic,
     said = run(load_study(tmp_path / "own_log.toml", quick=True), tmp_path / "run").sentences
     assert words in said.get(topic, "")
     assert ("contradiction" in said) == (topic == "contradiction")
-    assert "of scale_propeller is 5 % of Xuu" in said["rests_on"]
+    assert "in scale_propeller changes Xuu by 5 %" in said["rests_on"]

@@ -1,12 +1,18 @@
 """Files that are written whole or not at all, and the ledger of what was written."""
 
+import csv
 import resource
+import tempfile
+from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.refusals import refused
 
 from bayesub.io import atomic
-from bayesub.io.atomic import LEDGER, entered, remove, replacing, write_text
+from bayesub.io.atomic import LEDGER, entered, remove, replacing, write_csv, write_text
+from bayesub.io.errors import printable
 
 
 def test_a_link_is_replaced_and_what_it_leads_to_stays(tmp_path):
@@ -92,3 +98,15 @@ def test_on_a_full_disk_nothing_older_is_lost_and_nothing_stays(bayesub, tmp_pat
     assert error.startswith(f"bayesub: {path}: cannot be ")
     assert error.count("\n") == 1
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == before
+
+
+@given(st.lists(st.tuples(st.text(), st.floats(allow_nan=False)), min_size=1, max_size=5))
+def test_a_table_is_read_as_it_was_written(rows):
+    """Whatever its texts are, each row is one line, and each cell holds its text as one line."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "table.csv"
+        write_csv(path, [{"text": text, "number": number} for text, number in rows], digits=None)
+        with path.open(newline="", encoding="utf-8") as file:
+            _, *found = csv.reader(file)
+        assert len(path.read_bytes().split(b"\n")) == len(rows) + 2
+    assert [(text, float(number)) for text, number in found] == [(printable(text), number) for text, number in rows]

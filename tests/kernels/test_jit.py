@@ -134,6 +134,35 @@ def test_a_cache_that_cannot_be_written_is_no_error(tmp_path, monkeypatch, capfd
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize("foreign", ["file", "folder"])
+def test_machine_code_of_another_user_is_not_loaded(cache, monkeypatch, foreign):
+    """Nor from a folder of another: it is code."""
+    compiled_files.save("key", b"content")
+    assert compiled_files.load("key") == b"content"
+    path, me = (cache if foreign == "folder" else cache / "key.compiled"), os.getuid()
+    monkeypatch.setattr(compiled_files.os, "getuid", lambda: me + 12345 if me else me)
+    if me:
+        assert compiled_files.load("key") is None
+    else:  # the superuser may give it away
+        os.chown(path, 12345, 12345)
+        assert compiled_files.load("key") is None
+
+
+def test_a_cache_that_cannot_be_written_into_is_read(cache, monkeypatch):
+    """A folder of a system that is mounted read-only gives what it has."""
+
+    def refuse(*_, **__):
+        raise OSError(30, "Read-only file system")
+
+    compiled_files.save("key", b"content")
+    for name in ("utime", "replace"):
+        monkeypatch.setattr(compiled_files.os, name, refuse)
+    monkeypatch.setattr(compiled_files.tempfile, "mkstemp", refuse)
+    compiled_files.save("other", b"content")
+    assert compiled_files.load("key") == b"content"
+    assert [file.name for file in cache.iterdir()] == ["key.compiled"]
+
+
 def test_a_full_disk_leaves_no_half_file(cache, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")

@@ -57,7 +57,7 @@ def folder(tmp_path, monkeypatch):
 def test_what_a_page_shows_runs(page, folder, bayesub):
     """In order, and each block is one of those that are run, checked or set-up."""
     names = {}
-    if page.stem in ("convert", "own-log"):
+    if page.stem in ("convert", "logs-explained"):
         logs_of_vehicles(folder, bayesub)
     for block in blocks(page):
         if block.commands:

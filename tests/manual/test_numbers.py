@@ -13,7 +13,7 @@ from bayesub.study.run import runs
 FIGURES = ROOT / "figures"
 MOST_DAYS = 60  # for which a stale run may be quoted
 RESULTS = {  # the parts of pages in which every measured number has a marker
-    "README.md": ("## What was found", "## Where to go on"),
+    "README.md": ("## What was found", "## Gallery"),
     "findings.md": ("# What the studies found", None),
 }
 MEASURED = re.compile(r"\d[\d.,]*(e-?\d+)? (%|[cm]?m|m/s|cm/s|mm/s|degrees|s|hours)(?![\w/])")

@@ -15,6 +15,7 @@ from support import refusals
 
 import bayesub as bs
 from bayesub.cli import app, manual
+from bayesub.findings.verdicts import CLAIM_FAILED, MEANING, NOT_FLOWN
 from bayesub.io import toml_files
 from bayesub.logs.log_files import HEADERS, VELOCITIES
 from bayesub.logs.log_map import LogMap
@@ -57,6 +58,15 @@ def test_a_page_is_printed_without_its_comments(bayesub):
     assert status == 0
     assert out.startswith("# What the studies found")
     assert "<!--" not in out
+
+
+def test_formulas_are_in_letters_at_the_terminal(bayesub):
+    """And the code of the page stays as it is."""
+    _, out, _ = bayesub("manual", "model")
+    assert re.search(r"^    θ̇ = cos φ q - sin φ r +\(1\.7\)$", out, flags=re.MULTILINE)
+    assert "as n/k_0 (section 5). ν = √(v² + w²) is the cross-flow speed" in out
+    assert "`u*u*dr*dr`" in out
+    assert not re.search(r"[\\$]|&&", out)
 
 
 def test_the_path_of_a_page(bayesub):
@@ -206,6 +216,22 @@ def test_every_column_is_in_the_reference():
 
 def test_every_public_name_is_in_the_reference():
     assert set(re.findall(r"`bs\.(\w+)`", page("python"))) == set(bs.__all__)
+
+
+def test_every_verdict_has_its_remedy():
+    text = page("troubleshooting")
+    assert [verdict for verdict in (*MEANING, NOT_FLOWN, CLAIM_FAILED) if f"| `{verdict.upper()}` |" not in text] == []
+
+
+def test_messages_with_remedies_are_those_of_the_package():
+    """The words between the dots of each, in a text of the package, which may go on in the next line."""
+    code = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "bayesub").rglob("*.py"))
+    code = re.sub(r'"\s*\n\s*[rf]?"', "", code)
+    tables = re.findall(r"^\| message .*\n\|[-|]+\n((?:\|.*\n)+)", page("troubleshooting"), flags=re.MULTILINE)
+    messages = [row.split(" | ")[0].strip("| ") for table in tables for row in table.splitlines()]
+    assert len(messages) > 20
+    parts = [part.strip() for message in messages for part in re.split(r"\.\.|;", message)]
+    assert [part for part in parts if len(part.split()) > 1 and part not in code] == []
 
 
 def leaf_commands(command, path=()):

@@ -1,4 +1,4 @@
-"""What every baseline returns."""
+"""The result of a baseline."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""Prior and data: where they disagree, and which marginal posteriors hang on which of them.
+"""Prior and data: where they disagree, and which marginal posteriors depend on which of them.
 
 *Conflict.* In the standard coordinates t of a normal prior, and for readings that are linear in them, the posterior
 mean m varies from data set to data set, drawn as the prior expects, with the covariance ``1 - V``, where V is that of
@@ -30,13 +30,13 @@ from bayesub.inference.interface import InferencePrior
 FALSE_ALARMS, REFUTED = 0.01, 1e-4
 CONTRACTED = 0.8  # posterior sd over prior sd below which the data have a say
 POWERS = (0.99, 1.01)
-SENSITIVE = 0.05  # from which a distribution hangs on prior or likelihood (Kallioinen et al. 2024)
+SENSITIVE = 0.05  # from which a distribution depends on prior or likelihood (Kallioinen et al. 2024)
 _NOISE = 0.32  # mean sensitivity of n normal draws to what does not concern them, times root n over its sd
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """What is found."""
+    """The conflict between prior and data."""
 
     # parameter -> z, largest first, of those that no prior would be off by in one of a hundred studies
     named: dict[str, float]

@@ -162,7 +162,7 @@ def jump_sentence(jump: float, step_s: float) -> str:
     decade = 10.0 ** np.floor(np.log10(longest))
     step = float(max(m for m in (1.0, 2.0, 5.0) if m * decade <= longest * (1.0 + 1e-9)) * decade)
     return (
-        f"The log likelihood jumps by up to {jump:.3g} between neighbouring parameters, which holds walkers where they "
-        f"are, as a force does that has the sign of a velocity and changes a time step earlier or later. Try "
-        f"dt_s = {step:g} in place of {step_s:g}."
+        f"The log likelihood jumps by up to {jump:.3g} between neighbouring parameter values, and walkers get stuck. A "
+        f"force with the sign of a velocity does this: it switches a time step earlier or later. Try dt_s = {step:g} "
+        f"in place of {step_s:g}."
     )

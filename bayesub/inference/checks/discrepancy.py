@@ -40,7 +40,7 @@ _RIVAL = 0.5  # gain over that of the best, of those that are expanded again
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """What could have made the residuals."""
+    """A possible explanation of correlated residuals."""
 
     kind: str  # "bias", "current", "coefficient", "disturbance" or "slow noise"
     # bias, coefficient, axis or channel -> standard deviation; of slow noise over the sd that it is said to have

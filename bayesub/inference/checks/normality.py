@@ -36,7 +36,7 @@ class Normality:
 
     @property
     def sentence(self) -> str:
-        """What is found."""
+        """The finding in words."""
         k, i = int(np.argmax(self.distance)), int(np.argmax(np.abs(self.skewness)))
         along = f"{self.distance_along.max():.2g} along its principal directions"
         distances = (
@@ -48,7 +48,7 @@ class Normality:
             return f"The posterior is close to normal: {distances}."
         far = [self.names[k] for k in np.argsort(-self.distance) if self.distance[k] >= CLOSE]
         if not far:
-            return f"Each coefficient is close to normal, but together they are not, the posterior bends: {distances}."
+            return f"Each coefficient is close to normal, but together they are not (it is curved): {distances}."
         return f"The posterior is not normal in {', '.join(far[:5])}{' ..' if len(far) > 5 else ''}: {distances}."
 
     def to_json(self) -> dict:

@@ -1,4 +1,4 @@
-"""The Fisher information in prior-scaled coordinates: which directions the data sharpen, and by how much."""
+"""The Fisher information in prior-scaled coordinates: which directions the data determine, and how well."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Spectrum(Displayed):
 
     @property
     def n_informed(self) -> int:
-        """Directions in which the data are sharper than the prior."""
+        """Directions that the data determine better than the prior."""
         return int(np.count_nonzero(self._signal > 1.0))
 
     @property
@@ -143,7 +143,7 @@ def fisher(
     """Spectrum of a problem at a parameter vector, with its null directions last.
 
     Histories of forces are integrated out: the spectrum is that of all other parameters, and an effect on the readings
-    that the forces may have had as well tells little of them.
+    that the forces may have had as well says little about them.
 
     Parameters
     ----------

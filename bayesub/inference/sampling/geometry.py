@@ -260,7 +260,7 @@ class Bend:
         return cls(start, stop, polynomials, np.linalg.cholesky(misfit.T @ misfit / (len(z) - n_terms)))
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What it consists of, by name."""
+        """Its arrays by name."""
         block = np.array([self.start, self.stop])
         return {"block": block, "factor": self.factor, **self.polynomials.arrays()}
 

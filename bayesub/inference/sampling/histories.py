@@ -74,7 +74,7 @@ class HistorySurrogate:
         self.surrogate, self.n_others = surrogate, surrogate.geometry.n_params
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What it consists of besides its geometry, to be stored."""
+        """Its state besides the geometry, to be stored."""
         return self.surrogate.arrays()
 
     def log_prob(self, y: np.ndarray) -> np.ndarray:

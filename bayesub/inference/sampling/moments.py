@@ -10,7 +10,7 @@ from bayesub.inference.checks import convergence
 
 @dataclass(frozen=True)
 class Effort:
-    """What the draws of a sampler have cost."""
+    """The cost of the draws of a sampler."""
 
     simulations: int  # those within a Jacobian not among them
     jacobians: int  # Jacobians

@@ -130,7 +130,7 @@ class CrossCheck:
 
     @property
     def _cost(self) -> str:
-        """What an effective sample has cost by both, as a sentence."""
+        """A sentence on the cost of an effective sample by both."""
         if not self.efforts:
             return ""
         ours, other = (effort.per_effective_sample for effort in self.efforts)

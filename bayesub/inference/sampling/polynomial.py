@@ -42,7 +42,7 @@ class Polynomials(NamedTuple):
     degrees: tuple[int, int]  # numbers of the active directions that have products of three, and of four
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What they consist of, by name."""
+        """Their arrays by name."""
         return {name: np.asarray(part) for name, part in self._asdict().items()}
 
     @classmethod

@@ -16,7 +16,8 @@ from bayesub.inference.sampling.posterior import DIAGNOSTICS, Criteria, Posterio
 from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError
 
-DIGEST = "sha256"  # the attribute with the digest of the rest
+DIGEST = "sha256"  # the attribute with the digest of what the rest says
+SEAL = b"bayesub sha256 "  # after the file as HDF5 has it, with the digest of its bytes, which are checked before HDF5
 # Attributes of a posterior that are attributes of its file, and their types.
 _NUMBERS: dict[str, type] = dict.fromkeys(("n_warmup", "thin", "evaluations", "jacobians"), int) | dict.fromkeys(
     ("acceptance", "seconds", "jacobian_price", "simulation_seconds"), float
@@ -69,9 +70,9 @@ def save(posterior: Posterior, path: Path) -> None:
     """Write ``posterior.nc``: the draws that convergence was judged by, and what they said."""
     datasets = to_datasets(posterior)
     datasets["posterior"].attrs[DIGEST] = _digest(datasets)
-    content = xr.DataTree.from_dict(datasets).to_netcdf(engine="h5netcdf")
+    content = bytes(xr.DataTree.from_dict(datasets).to_netcdf(engine="h5netcdf"))
     with writing(path), replacing(path) as partial:  # from memory: HDF5 does not survive a disk that is full
-        partial.write_bytes(content)
+        partial.write_bytes(content + SEAL + hashlib.sha256(content).digest())
 
 
 def _digest(datasets: dict[str, xr.Dataset]) -> str:
@@ -87,9 +88,19 @@ def _digest(datasets: dict[str, xr.Dataset]) -> str:
     return found.hexdigest()
 
 
+def _check_bytes(path: Path) -> None:
+    """ValueError for a file with a seal that was damaged, which may hang HDF5; others may be copies without one."""
+    with path.open("rb") as file:
+        content = file.read()
+    content, seal, digest = content[: -len(SEAL) - 32], content[-len(SEAL) - 32 : -32], content[-32:]
+    if seal == SEAL and hashlib.sha256(content).digest() != digest:
+        raise ValueError("its bytes are not those that were written")
+
+
 def load(path: Path) -> Posterior:
     """Read ``posterior.nc``; InputError if it is missing, damaged, was changed, or is not one of ours."""
     try:
+        _check_bytes(path)
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             datasets = {g: tree[g].to_dataset().load() for g in ("posterior", "sample_stats", "convergence")}
         posterior = _read(*datasets.values())

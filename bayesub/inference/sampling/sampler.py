@@ -228,7 +228,7 @@ class _Run:
         return store.Block(parameters, self.sampler.get_log_prob(), state)
 
     def posterior(self, criteria: Criteria) -> Posterior:
-        """What the steps so far say."""
+        """The verdict on convergence of the steps so far."""
         if len(self.blocks) > 1:
             chain, log_prob = (np.concatenate([getattr(b, key) for b in self.blocks]) for key in ("chain", "log_prob"))
             self.blocks = [store.Block(chain, log_prob, self.state)]
@@ -248,7 +248,7 @@ class _Run:
         ).given(self.problem.prior)
 
     def _charged(self, spent: store.Spent) -> store.Spent:
-        """What has been spent so far, with what has been since the last time."""
+        """The costs so far, with those since the last call."""
         before, now = self.marked, _costs(self.problem)
         self.marked = now
         return replace(
@@ -262,7 +262,7 @@ class _Run:
 
 
 def _costs(problem) -> store.Spent:
-    """What the problem has computed by now, and the time."""
+    """The counts of the problem now, and the time."""
     costs = problem.costs
     return store.Spent(
         costs.simulations, time.perf_counter(), dict(costs.failures), costs.jacobians, simulation_seconds=costs.seconds
@@ -325,7 +325,7 @@ def _restored(problem, arrays):
 
 
 def _settings(problem, rng, n_ensembles, n_walkers, moves) -> dict:
-    """What a run must have in common with the one it continues."""
+    """Settings that a run must share with the one it continues."""
     prior = hashlib.sha256(problem.prior.mean.tobytes() + problem.prior.sd.tobytes()).hexdigest()[:12]
     seed = hashlib.sha256(repr(rng.bit_generator.state).encode()).hexdigest()[:12]
     names = ", ".join(f"{type(move).__name__} {weight:g}" for move, weight in moves)
@@ -382,9 +382,9 @@ def _by_ensemble(steps, n_ensembles):
 def _pace(posterior, max_steps) -> tuple[float, float, str, str]:
     """Steps so far, how many are needed by the criterion of length, their unit, and a note."""
     n_steps, done = posterior.n_steps, posterior.n_warmup + posterior.n_steps
-    note = f"acceptance {posterior.acceptance:.0%}"
-    if posterior.chain.shape[1] < 50:
-        return done, max_steps, "steps", note
-    longest = posterior.tau.max()
-    needed = int(np.ceil(posterior.criteria.taus * longest * done / n_steps))
-    return done, min(max(needed, done + 1), max_steps), "steps", f"{note}, longest tau {longest:.0f}"
+    if posterior.chain.shape[1] < 50 or posterior.constants:
+        return done, max_steps, "steps", f"acceptance {posterior.acceptance:.0%}"
+    needed = int(np.ceil(posterior.criteria.taus * posterior.tau.max() * done / n_steps))
+    ess = min(posterior.bulk_ess.min(), posterior.tail_ess.min())
+    note = f"R-hat {posterior.rhat.max():.4f}, ESS {ess:.0f}"
+    return done, done if posterior.converged else min(max(needed, done + 1), max_steps), "steps", note

@@ -100,7 +100,7 @@ class Surrogate:
         return self.geometry.blocks > 0.0
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What it consists of besides its geometry, to be stored."""
+        """Its state besides the geometry, to be stored."""
         polynomials = {f"surrogate_{key}": part for key, part in self.polynomials.arrays().items()}
         return polynomials | {"flies": np.array(self.flies), "power": np.array(self.power)}
 

@@ -84,7 +84,7 @@ def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
                 raise InputError(f"{path}: is empty", "format")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of libraries, about fields that nobody asked for
+            warnings.simplefilter("ignore")  # of libraries, about fields that are not used
             log = reader.read(path, log_map)
     except (InputError, MemoryError):
         raise

@@ -1,4 +1,4 @@
-"""What readers give: signals by name, each with its own time stamps."""
+"""The result of readers: signals by name, each with its own time stamps."""
 
 import importlib
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ class Signal:
 
 @dataclass(frozen=True)
 class VehicleLog:
-    """What a vehicle wrote."""
+    """The log of a vehicle as it was written."""
 
     path: Path
     signals: dict[str, Signal]  # by name

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known, nearest
 from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, VELOCITIES, positions
 from bayesub.model.equations.regressors import CROSSFLOW, Regressor, crossflow_integrals, crossflow_points
 
@@ -207,8 +207,7 @@ class EquationSet:
         """Positions in a coefficient set of coefficients given by name; InputError for an unknown name."""
         names = tuple(names)
         for name in names:
-            if name not in self.index:
-                raise InputError(f"unknown coefficient '{name}'{nearest(name, self.names)}", "unknown", name)
+            check_known(name, self.index, f"unknown coefficient '{name}'")
         return np.array([self.index[name] for name in names], dtype=int)
 
     def names_of_axis(self, axis: str) -> tuple[str, ...]:

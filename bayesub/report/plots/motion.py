@@ -33,7 +33,7 @@ class Drawn:
     label: str
     colour: str
     motion: PredictedMotion
-    probabilities: tuple[float, ...] = (0.9, 0.5)  # of its bands, widest first; of none it is a line
+    probabilities: tuple[float, ...] = (0.9, 0.5)  # of its bands, widest first; without any it is a line
     is_framed: bool = True  # whether differences are shown, and whole. Of others only lines are, cut where these end
     # Place of its line among so many. All but the first are dashed, each in its turn, so that all are seen where they
     # are the same:

@@ -20,7 +20,7 @@ from bayesub.study.run.run_folder import open_folder
 
 PAGE = "comparison.html"
 USUAL = "zigzag_20_20"  # manoeuvre, if the first run is of a log
-# Told elsewhere:
+# Shown elsewhere:
 _UNTOLD = ("begun", "question", "quick", "files_sha256", "name", "vehicle", "manoeuvre", "data", "commit", "sources")
 _DIGITS = 12  # of digests
 
@@ -61,7 +61,7 @@ def compare(
     if n < 2:
         raise InputError("give the folders of two runs at least", "missing", "runs")
     if n > most:
-        raise InputError(f"{n} runs are more than can be told apart in figures; give at most {most}", "limit", "runs")
+        raise InputError(f"{n} runs are too many to distinguish in figures; give at most {most}", "limit", "runs")
     progress.stage("read the runs")
     runs = [finished_run(run) for run in folders]
     if manoeuvre is not None:

@@ -19,7 +19,7 @@ from bayesub.findings.designed_trial import Asked, DesignedTrial, structural
 from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress, duration
 from bayesub.io.words import measured
 from bayesub.logs.log_files import write_log
@@ -71,7 +71,7 @@ class Request:
     boats: int = 1
 
     def config(self) -> dict:
-        """What the result depends on."""
+        """The files and settings that the result depends on."""
         return of_request("design", vars(self), self.files)
 
     @property
@@ -240,8 +240,8 @@ def _asked(name: str, judge: Judge) -> Asked:
         raise InputError(f"{what}: it is zero, held, or has no part in the motion", "conflict", "--for")
     if name not in quantities.QUANTITIES:
         valid = (DEFAULT, *OPTIMALITY, *judge.names, *quantities.QUANTITIES)
-        what = f"--for {name}: is no criterion, coefficient or quantity{nearest(name, valid)}"
-        raise InputError(f"{what}; quantities are {', '.join(quantities.QUANTITIES)}", "unknown", "--for")
+        hint = f"quantities are {', '.join(quantities.QUANTITIES)}"
+        check_known(name, valid, f"--for {name}: is no criterion, coefficient or quantity", hint=hint, key="--for")
     quantity = quantities.QUANTITIES[name]
     if reason := quantity.reason(vehicle):
         raise InputError(f"--for {name}: {vehicle.name} has none: {reason}", "conflict", "--for")

@@ -9,7 +9,7 @@ import pandas as pd
 
 from bayesub.findings import simulator_conventions
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.report import parameter_tables
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.after.knowledge import known, vehicle_file
@@ -87,17 +87,14 @@ FORMATS = {
 
 
 def format_of(path: Path, kind: str | None) -> str:
-    """The name of the format that is wanted, or of the suffix of the file; InputError if it is that of none."""
+    """The name of the format that is wanted, or of the suffix of the file; InputError if there is no such format."""
     if kind is not None:
-        if kind not in FORMATS:
-            text = f"no format '{kind}'{nearest(kind, FORMATS)}; choose one of {', '.join(FORMATS)}"
-            raise InputError(text, "unknown", "--as")
+        check_known(kind, FORMATS, f"no format '{kind}'", hint=f"choose one of {', '.join(FORMATS)}", key="--as")
         return kind
     suffixes = {one.suffix: name for name, one in FORMATS.items()}
-    if path.suffix.lower() not in suffixes:
-        what = f"no format is known by the suffix '{path.suffix}'{nearest(path.suffix, suffixes)}"
-        text = f"{path}: {what}; end the name with one of {', '.join(suffixes)}, or give --as"
-        raise InputError(text, "unknown", "--as")
+    hint = f"end the name with one of {', '.join(suffixes)}, or give --as"
+    what = f"{path}: no format is known by the suffix '{path.suffix}'"
+    check_known(path.suffix.lower(), suffixes, what, hint=hint, key="--as")
     return suffixes[path.suffix.lower()]
 
 

@@ -11,6 +11,7 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.quantities import replayed
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.study.provenance import COMPUTED, copy_name
@@ -52,7 +53,7 @@ class FinishedRun:
 
     @property
     def doubt(self) -> str:
-        """What is wrong with the run, by its verdict; empty if nothing."""
+        """Why the run is in doubt, by its verdict; empty if it is not."""
         reasons = self.posterior.shortcomings if self.verdict == NOT_CONVERGED else ()
         return in_words(self.verdict, reasons) if STATUS[self.verdict] else ""
 
@@ -63,7 +64,7 @@ class FinishedRun:
 
     @property
     def files(self) -> dict[str, Path]:
-        """What a prediction by this run depends on: name -> file."""
+        """Name -> file that a prediction by this run depends on."""
         return {f"{self.folder}/{name}": self.folder / name for name in (CONFIG, POSTERIOR, ESTIMATES)}
 
     def setup(self, checks: Sequence[CheckSection] = ()) -> Setup:
@@ -131,7 +132,12 @@ def saved_study(folder: Path, config: dict) -> Study:
 
 
 def redraw(
-    folder: str | Path, *, study: str | Path | None = None, run_code: bool = False, pdf: bool = False
+    folder: str | Path,
+    *,
+    study: str | Path | None = None,
+    run_code: bool = False,
+    pdf: bool = False,
+    progress: Progress = SILENT,
 ) -> StudyResult:
     """Draw figures and report of a finished run again; the folder may have been copied from elsewhere.
 
@@ -153,14 +159,14 @@ def redraw(
     elif study is not None:
         raise InputError(f"{folder}: is the run of a study in TOML, which needs no --study", "conflict", "--study")
     else:
-        result = _redraw(folder, config, pdf, run_code=run_code)
+        result = _redraw(folder, config, RunContext(folder, pdf, progress, commit=config["commit"]), run_code=run_code)
     if (saved := load_result(folder)) is not None:
         result = replace(result, seconds=saved.seconds)
         result.save()
     return result
 
 
-def _redraw(folder: Path, config: dict, pdf: bool, *, run_code: bool) -> StudyResult:
+def _redraw(folder: Path, config: dict, context: RunContext, *, run_code: bool) -> StudyResult:
     """The report of a study in TOML."""
     if not (folder / "numbers.json").exists():
         text = f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume"
@@ -177,7 +183,6 @@ def _redraw(folder: Path, config: dict, pdf: bool, *, run_code: bool) -> StudyRe
     posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)
     seconds = read_back(folder / "numbers.json", lambda numbers: numbers["seconds"])
     check = read_back(folder / CROSS_CHECK, CrossCheck.from_json) if (folder / CROSS_CHECK).exists() else None
-    context = RunContext(folder, pdf, commit=config["commit"])
     kept = folder / DERIVED
     setup = prepare(study, run_code=run_code and not kept.exists())
     if setup.quantities and not run_code and not kept.exists():

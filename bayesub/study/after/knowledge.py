@@ -41,14 +41,14 @@ class Knowledge:
         return self.correlation * np.outer(self.sd, self.sd)
 
     def part(self, names: Sequence[str]) -> "Knowledge":
-        """What is known of some of them, the others integrated out."""
+        """The marginal of some of them."""
         places = [self.names.index(name) for name in names]
         return Knowledge(tuple(names), self.mean[places], self.sd[places], self.correlation[np.ix_(places, places)])
 
     def updated(self, new: "Knowledge") -> "Knowledge":
         """The same with what a trial has said of some coefficients, and through these of all that they go with.
 
-        The trial has told nothing of the others directly: given the coefficients of `new` they are what they were, so
+        The trial does not determine the others directly: given the coefficients of `new` they are what they were, so
         that their means and covariances follow by regression.
         """
         a = [self.names.index(name) for name in new.names]
@@ -108,8 +108,8 @@ def coefficients(run: FinishedRun) -> list[int]:
 def known(run: FinishedRun) -> Knowledge:
     """The posterior of the coefficients of a run as a normal distribution, all other parameters integrated out.
 
-    Among them are those that its prior correlates with free ones and that have no part in its trials: what is said of
-    the free ones says something of them.
+    Among them are those that its prior correlates with free ones and that have no part in its trials: what is known of
+    the free ones informs them.
     """
     places = coefficients(run)
     found = of_draws([run.posterior.names[k] for k in places], run.posterior.draws[:, places])
@@ -179,13 +179,13 @@ def _remark(contraction: float | None) -> str:
 
 
 def _head(run: FinishedRun, knowledge: Knowledge) -> list[str]:
-    """What the file says of itself."""
+    """The comment at the head of the file."""
     posterior = run.posterior
     others = [name for name in posterior.names if name not in knowledge.names]
     lines = [
         f"The posterior of {len(knowledge.names)} coefficients by the study '{run.study.name}', taken as normal: "
         '[prior] kind = "vehicle" of another study starts from it. The digits are needed, where combinations are known '
-        "far better than coefficients. What the trial could not tell is as wide here as its prior made it."
+        "far better than coefficients. What the trial does not determine is as wide here as its prior made it."
     ]
     if run.doubt:
         lines.insert(0, run.doubt)

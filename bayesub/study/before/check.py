@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Card(Protocol):
-    """What is said of a file: in words and as JSON."""
+    """What `check` reports on a file: in words and as JSON."""
 
     def lines(self) -> list[str]:
         """The card in words."""

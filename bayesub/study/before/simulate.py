@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bayesub.findings.run_numbers import null_count
+from bayesub.findings.run_numbers import change_words, changes, null_count
 from bayesub.findings.zeros import rank_lines
 from bayesub.inference import identifiability
 from bayesub.inference.identifiability.null_space import RANK_DRAWS
@@ -112,15 +112,15 @@ def rank(vehicle: str, manoeuvre: str, **options: Any) -> Ranked:
     flown = trajectory.simulator.trajectory(near)
     systems = [linear_systems(flown, k) for k in np.flatnonzero(flown.status == "ok")]
     ranks = identifiability.rank(systems[0], boat.equations.added_masses, others=systems[1:])
-    lines = []
+    lines, values = [], dict(zip(boat.equations.names, boat.xi.tolist(), strict=True))
     for axis, r in ranks.items():
         for verdict, vectors in (("not unique", r.null_vectors), ("ill-conditioned", r.weak_vectors)):
-            for vector in vectors:
-                changes = ", ".join(f"{name} {change:+.3g}" for name, change in vector.items())
-                lines.append(f"{axis} {verdict}: {changes}")
-    title = f"{boat.name} on {history.name} ({_freedom(trajectory)}): columns scaled to unit length"
-    summaries = {axis: r.summary() for axis, r in ranks.items()}
-    return Ranked(title, ranks, [*lines, *rank_lines(trajectory), f"{null_count(summaries).capitalize()}."])
+            lines += [f"{axis} {verdict}: {change_words(changes(vector, values))}" for vector in vectors]
+    title = f"{boat.name} on {history.name} ({_freedom(trajectory)}), if every motion is known exactly"
+    n, hold = sum(r.columns for r in ranks.values()), [name for r in ranks.values() for name in r.pivots]
+    last = f"Of {n} directions in coefficient space: {null_count({axis: r.summary() for axis, r in ranks.items()})}"
+    last += f"; hold {', '.join(hold)}, and the rest is unique." if hold else "."
+    return Ranked(title, ranks, [*lines, *rank_lines(trajectory), last])
 
 
 def _freedom(trajectory: Trajectory) -> str:

@@ -157,7 +157,7 @@ def _body(hull: Hull | None) -> dict[str, str]:
 
 
 def _words(equations: EquationSet) -> dict:
-    """What the template says of the terms of a set."""
+    """The lines of the template on the terms of a set."""
     dimensional = any(term.unit for term in equations.terms)
     scale = "all coefficients are non-dimensional on it"
     force = "Each force is the sum of (rho/2) l^k * coefficient * regressor."

@@ -1,6 +1,7 @@
 """The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
 
 import json
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -29,8 +30,9 @@ from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
-from bayesub.study.run.result import RESULT, StudyResult
+from bayesub.study.run.result import RESULT, SUGGESTED, StudyResult
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
+from bayesub.study.run.suggested import suggest
 from bayesub.study.sources import file_digest
 
 if TYPE_CHECKING:
@@ -70,9 +72,14 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
         from bayesub.study.run import leave_out as others
 
         others.fit(setup, context)
-    progress.stage("predictions, figures and report")
+    progress.stage("findings")
     seconds["all before the report"] = progress.seconds
-    return conclude(setup, context, estimates, posterior, check, seconds=seconds)
+    result = conclude(setup, context, estimates, posterior, check, seconds=seconds)
+    if lines := result.sentences.get("lines_to_add"):
+        suggest(setup.study, lines, folder)
+    else:
+        (folder / SUGGESTED).unlink(missing_ok=True)
+    return result
 
 
 def sample_posterior(
@@ -128,12 +135,12 @@ def _logs(setup: Setup) -> "Iterator[tuple[Path, bool, list[Finding]]]":
 
 
 def saved_estimates(folder: Path) -> tuple[baselines.Estimate, ...]:
-    """What the baselines of a run have found; InputError for a damaged file."""
+    """The estimates of the baselines of a run; InputError for a damaged file."""
     return read_back(folder / ESTIMATES, lambda content: tuple(map(baselines.Estimate.from_json, content[:])))
 
 
 def read_back(file: Path, made: Callable[[Any], T]) -> T:
-    """What is made of the JSON of a file in a run folder; InputError for a damaged one."""
+    """An object of the JSON of a file in a run folder; InputError for a damaged one."""
     try:
         return made(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -174,8 +181,11 @@ def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
     values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
     write_text(context.folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
     for topic, sentence in fit.sentences.items():
-        gap = "\n" if "\n" in sentence else " "  # lines to paste begin a line
-        context.progress.remark(f"{topic.replace('_', ' ')}:{gap}{sentence}")
+        if topic == "lines_to_add":
+            file = suggest(setup.study, sentence, context.folder)
+            again = shlex.join(["bayesub", "run", str(file), "-o", f"{context.folder}_again"])
+            sentence = f"{file} is the study with them, which runs by\n  {again}"
+        context.progress.remark(f"{topic.replace('_', ' ')}: {sentence}")
     if fit.misfit > sampler.max_misfit:
         from bayesub.findings.suspect_columns import suspect
 
@@ -212,7 +222,7 @@ def conclude(
         estimates,
         spectrum,
         posterior,
-        study=ReportedStudy(study.name, study.question, study.seed, seconds, context.commit, made),
+        study=ReportedStudy(study.name, study.question, study.seed, seconds, context.commit, made, context.progress),
         check=check,
         predictions=predictions,
         quantities=[recorded(quantity, kept[quantity.name]) for quantity in setup.quantities],

@@ -1,4 +1,4 @@
-"""What came of a run: the object that a run returns and its folder keeps."""
+"""The result of a run: the object that a run returns and its folder keeps."""
 
 import json
 from dataclasses import asdict, dataclass, field, replace
@@ -11,6 +11,7 @@ from bayesub.io.errors import InputError
 from bayesub.study.sources import file_digest
 
 RESULT, NUMBERS = "outcome.json", "numbers.json"
+SUGGESTED = "suggested.toml"  # the study with what its residuals ask for
 _OF_OLD = "converged"  # verdict of version 0.2, which did not look at the fit
 
 
@@ -66,6 +67,12 @@ class StudyResult:
         """The page of a study in TOML; None if there is none."""
         page = Path(self.folder) / "report.html"
         return page if page.exists() else None
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The content of ``numbers.json`` in the run folder; empty if there is none."""
+        file = Path(self.folder) / NUMBERS
+        return json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
 
     def to_json(self) -> dict[str, Any]:
         """The result as JSON types."""

@@ -128,7 +128,7 @@ def _resumed(folder: Path, saved: dict | None, config: dict, keep_stale: bool) -
 
 
 def _remedy(saved: dict, config: dict) -> str:
-    """What to do about a run that is in the way."""
+    """The remedy for a run that is in the way."""
     if change := study_change(saved, config, ignored=STOPPING):
         return f"of another study ({change}); use --force to replace it, or another -o"
     if change := code_change(saved, config):
@@ -137,7 +137,7 @@ def _remedy(saved: dict, config: dict) -> str:
 
 
 def _content(folder: Path) -> list[Path]:
-    """What is in a folder besides the traces of a run that was stopped before it began."""
+    """The files of a folder besides the traces of a run that was stopped before it began."""
     traces = (LOCK, LEDGER, TRACEBACK)
     return [path for path in folder.iterdir() if path.name not in traces and not path.name.endswith(PARTIAL)]
 

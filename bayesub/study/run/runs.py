@@ -56,7 +56,7 @@ def folders(paths: Iterable[Path], output: Path) -> dict[Path, Path]:
 def flaws(folder: Path, study: Path | None) -> dict[str, str]:
     """Why the run of a folder is not what its study, if it is there, gives now; empty for a current run.
 
-    Of ``sources``, ``versions``, ``commit`` and ``study``, what has changed -> how; what cannot be told is left out.
+    Of ``sources``, ``versions``, ``commit`` and ``study``, what has changed -> how; what is unknown is left out.
     """
     from bayesub.study.run.run import read
 
@@ -124,7 +124,12 @@ def entry(run: Path) -> Entry:
 def gallery(folder: Path) -> list[str]:
     """The gallery of a folder of runs as a table in Markdown; studies without a page are left out."""
     shown = [entry(file.parent) for file in sorted(folder.glob(f"*/{CONFIG}"))]
-    cells = [_cell(study) for study in shown if study.page]
+    return cards([study for study in shown if study.page])
+
+
+def cards(studies: Iterable[Entry]) -> list[str]:
+    """A table in Markdown with a cell a study: picture, name, question."""
+    cells = [_cell(study) for study in studies]
     rows = [cells[k : k + COLUMNS] for k in range(0, len(cells), COLUMNS)]
     table = [f"|{' |' * COLUMNS}", f"|{' --- |' * COLUMNS}"]
     return table + [f"| {' | '.join(row + [''] * (COLUMNS - len(row)))} |" for row in rows]

@@ -66,7 +66,7 @@ class Script:
         return question(self.path)
 
     def config(self) -> dict:
-        """What the result depends on."""
+        """The files and settings that the result depends on."""
         entries = {
             "name": self.name,
             "question": question(self.path, functions=FUNCTIONS),
@@ -77,7 +77,7 @@ class Script:
         return entries | {"script_sha256": digest, "files_sha256": files} | environment(rooms, quick=self.is_quick)
 
     def copies(self) -> dict[str, Path]:
-        """What a run folder keeps of the script: nothing but its place and its digests."""
+        """The place and the digests of the script, which a run folder keeps."""
         return {}
 
 
@@ -124,7 +124,7 @@ class ScriptRun:
         self.tables: list[str] = []
 
     def __getstate__(self):
-        """In another process there is nobody to report to, and no other processes."""
+        """In another process there is no display to report to, and there are no other processes."""
         return self.__dict__ | {"progress": SILENT, "executor": executors.Serial()}
 
     def figure(self, name: str) -> list[Path]:

@@ -25,7 +25,7 @@ from bayesub.study.schema.sensor_section import SensorSection
 from bayesub.study.schema.study_file import FreeSection
 
 PRIOR_SD = 0.25
-USUAL = {  # sensors of a trial of which nobody says more: a Doppler log, gyros, attitude and depth, once a second
+USUAL = {  # default sensors of a trial: a Doppler log, gyros, attitude and depth, once a second
     "sensors": [
         {"kind": "dvl", "sd_mps": 0.005},
         {"kind": "ins", "sd_degps": 0.01, "channels": ["p", "q", "r"]},
@@ -59,7 +59,8 @@ class DesignFile(Section):
         for name, one in self.nuisance.items():
             if one.value is not None:
                 raise InputError(
-                    f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave it out", "conflict"
+                    f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out",
+                    "conflict",
                 )
         return self
 
@@ -116,7 +117,7 @@ class DesignFile(Section):
 
 
 def usual_sensors(vehicle: Vehicle, subproblem: str | None) -> DesignFile:
-    """The sensors of a trial of which nobody says more, with what moves on the vehicle."""
+    """The default sensors of a trial, with what moves on the vehicle."""
     moving = MOVING.get(vehicle.equations.subproblem(subproblem), STATES)
     content = []
     for section in USUAL["sensors"]:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # the simulator needs numba, of which importing takes a secon
 # Key -> the axes that it may be given for, and its largest value, far above anything that floats.
 WAYS = {"sd": (AXES, 1.0), "sd_n": (AXES[:3], 1e12), "sd_nm": (AXES[3:], 1e15), "share": (AXES, 10.0)}
 WAYS |= {"sd_mps": (CURRENTS, 100.0)}
+LEAST = 1e-20  # of the largest value: less moves nothing
 _UNITS = {"sd_n": "in newton", "sd_nm": "in newton metre", "sd_mps": "in m/s"}
 
 
@@ -45,7 +46,7 @@ _SUITED = dict.fromkeys("XYZ", "sd_n") | dict.fromkeys("KMN", "sd_nm") | dict.fr
 
 
 def what(axis: str) -> str:
-    """What acts on an axis: a force, a moment or a current."""
+    """The kind of disturbance on an axis: a force, a moment or a current."""
     return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
 
 
@@ -130,6 +131,9 @@ class DisturbanceSection(Section):
                 if number > largest:
                     hint = "; a force in newton is sd_n, a moment in newton metre is sd_nm" if key == "sd" else ""
                     raise ValueError(f"{key} of {axis} must be at most {largest:g}, found {number:g}{hint}")
+                if number < LEAST * largest:
+                    hint = "a force so small moves nothing, leave its axis out"
+                    raise ValueError(f"{key} of {axis} must be at least {LEAST * largest:g}, found {number:g}; {hint}")
         for axis in self.axes:
             keys = [key for key in WAYS if axis in (getattr(self, key) or {})]
             if len(keys) != 1:
@@ -275,7 +279,7 @@ def _positive(rms: float, axis: str) -> float:
     if not rms > 0.0:
         way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
         raise InputError(
-            f"disturbance: the hull makes no {axis} on the manoeuvre, so that it has no share; give {way}",
+            f"disturbance: the hull's own {axis} is zero in this manoeuvre, and so is a share of it; give {way}",
             "conflict",
             f"disturbance.share.{axis}",
         )

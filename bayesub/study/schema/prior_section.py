@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import KindSection, Positive, Section
 from bayesub.logs import log_files
 from bayesub.model.vehicles import Vehicle
@@ -124,8 +124,7 @@ class PriorSection(Section):
         fixed = {name: one.value for name, one in given.items() if one.value is not None}
         built = of_vehicle | {name: one.build() for name, one in given.items() if name not in fixed}
         for name in fixed:
-            if name not in names:
-                raise InputError(f"prior: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name)
+            check_known(name, names, f"prior: unknown coefficient '{name}'")
         if not built and not self.correlations:
             return spread, fixed
         kept = tuple(one for one in related if not {*one[:2]} & given.keys())  # what is given goes before the file
@@ -169,10 +168,7 @@ def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:
         )
     priors_of, most = {}, toml_files.largest("mean")
     for line, (name, *cells) in rows:
-        if name not in names:
-            raise InputError(
-                f"{path}: line {line}: unknown coefficient '{name}'{nearest(name, names)}", "unknown", name
-            )
+        check_known(name, names, f"{path}: line {line}: unknown coefficient '{name}'")
         if name in priors_of:
             raise InputError(f"{path}: line {line}: coefficient '{name}' is given twice", "conflict", name)
         try:
@@ -224,10 +220,7 @@ def noise_models(sections: Mapping[str, NoiseSection], trials: Sequence[Sequence
     by_column = [{log_files.HEADERS[channel.quantity]: channel for channel in channels} for channels in trials]
     known = {column for columns in by_column for column in columns}
     for column in sections:
-        if column not in known:
-            raise InputError(
-                f"noise.{column}: no sensor reads that column{nearest(column, known)}", "unknown", f"noise.{column}"
-            )
+        check_known(column, known, f"noise.{column}: no sensor reads that column", key=f"noise.{column}")
     return [
         {columns[c].name: section.build(columns[c]) for c, section in sections.items() if c in columns}
         for columns in by_column

@@ -9,7 +9,7 @@ import numpy as np
 import pydantic
 
 from bayesub import sensors
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import KindSection, Section
 from bayesub.model.actuator_files import RAW_UNITS
 from bayesub.model.vehicles import Vehicle
@@ -107,10 +107,7 @@ def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Ve
         return vehicle
     members = {actuator.name: actuator for actuator in vehicle.actuators.members}
     for name, section in sections.items():
-        if name not in members:
-            raise InputError(
-                f"controls.{name}: there is no such actuator{nearest(name, members)}", "unknown", f"controls.{name}"
-            )
+        check_known(name, members, f"controls.{name}: there is no such actuator", key=f"controls.{name}")
         actuator = members[name]
         if section.column is not None:
             unit = section.unit(name, actuator.unit, actuator.limit)

@@ -13,7 +13,7 @@ import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
 from bayesub.model.equations.files import DEFAULT
@@ -95,9 +95,8 @@ def _check_parsed(path: Path, function: str) -> None:
     functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     names |= {a.asname or a.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for a in node.names}
-    if name not in functions | names and "*" not in names:
-        text = f"derived: {path} has no function '{name}'{nearest(name, functions)}"
-        raise InputError(text, "unknown", "derived.function")
+    if name not in names and "*" not in names:
+        check_known(name, functions, f"derived: {path} has no function '{name}'", key="derived.function")
 
 
 def _function(path: Path, function: str) -> Callable:
@@ -113,9 +112,7 @@ def _function(path: Path, function: str) -> Callable:
         raise InputError(f"derived: {path} cannot be run: {_words(error)}", "format", "derived.file") from None
     if not callable(getattr(module, name, None)):
         valid = [key for key, value in vars(module).items() if callable(value)]
-        raise InputError(
-            f"derived: {path} has no function '{name}'{nearest(name, valid)}", "unknown", "derived.function"
-        )
+        check_known(name, valid, f"derived: {path} has no function '{name}'", key="derived.function")
     return getattr(module, name)
 
 
@@ -204,7 +201,7 @@ class Study(TrialKeys):
     check : logs that are not fitted, which the posterior is to predict
     dt_s : time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth
         is flown at a tenth of it.
-    sensors : of the trial, and of those of `trials` that have none of their own
+    sensors : of the trial, and of those of `trials` without their own
     controls : name of an actuator -> its column in logs, where it is not that of the vehicle
     noise : column -> noise model, where it is not the one of the sensor
     disturbance : unmodelled forces, whose histories are inferred; the process is that of all trials

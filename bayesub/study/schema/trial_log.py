@@ -27,11 +27,11 @@ CONTROL_COLUMNS = (*log_files.CONTROLS, "rpm")
 # The prior of the start, where it is not given. From readings it is this many times as wide as their own standard
 # error, so that using them again in the likelihood counts them no more than one per cent twice.
 WIDENED = 10.0
-# Of a state that nobody read: about straight and level, with a standard deviation of
+# Of a state without a sensor: about straight and level, with a standard deviation of
 UNREAD_SPEED = 0.1  # trial speeds, for u v w
 UNREAD_TURN = 0.1  # rad in a ship length travelled, for p q r
 UNREAD_TILT = np.radians(5.0)  # for roll and pitch
-# What stands for a state that nobody read, and about how far a boat goes from where it points.
+# What stands for a state without a sensor, and about how far a boat goes from where it points.
 INSTEAD = {"psi": ("cog",), "u": ("stw", "sog")}
 UNREAD_DRIFT = np.radians(10.0)
 
@@ -76,7 +76,7 @@ def read_trial(
 
     The start is unknown: every state of the motion that the readings depend on becomes a nuisance parameter. Its prior
     is `nuisance`, or else a straight line through the readings of the first ship length travelled, at the start and
-    widened ten times, or else, if nobody read it, about straight and level (constants of this module).
+    widened ten times, or else, without a sensor, about straight and level (constants of this module).
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
     if not channels:
         if state == "psi":
             raise InputError(
-                f"{path}: nobody read the heading that the readings depend on; give nuisance.yaw0_deg",
+                f"{path}: no sensor measures the heading, and the readings depend on it; give nuisance.yaw0_deg",
                 "missing",
                 "nuisance.yaw0_deg",
             )

@@ -10,7 +10,7 @@ import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, nearest
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.nuisance import BODY, INITIAL, PROPELLER
@@ -205,18 +205,14 @@ def read_instruments(name: str | Path) -> InstrumentsFile:
     if name in PRESETS:
         return InstrumentsFile.model_validate({"sensors": [{"kind": name}]})
     if not Path(name).suffix:
-        raise InputError(
-            f"no instruments '{name}'{nearest(str(name), PRESETS)}; expected {', '.join(PRESETS)} or a file",
-            "unknown",
-            str(name),
-        )
+        check_known(str(name), PRESETS, f"no instruments '{name}'", hint=f"expected {', '.join(PRESETS)} or a file")
     return toml_files.read_toml(Path(name), InstrumentsFile)
 
 
 def _prior(name: str, section: PriorOfOne) -> Prior:
     if section.value is not None:
         raise InputError(
-            f"nuisance.{name}: a value leaves nothing to infer; give a prior or leave the parameter out",
+            f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out",
             "conflict",
             f"nuisance.{name}",
         )

@@ -136,6 +136,18 @@ def test_what_was_changed_or_is_no_number_is_named(posterior, tmp_path):
             posterior_file.load(path)
 
 
+def test_a_damaged_byte_is_seen_before_hdf5_reads_it(posterior, tmp_path, monkeypatch, rng):
+    """A structure of HDF5 that is damaged may hang its reader."""
+    path = tmp_path / "posterior.nc"
+    posterior_file.save(posterior, path)
+    whole = bytearray(path.read_bytes())
+    monkeypatch.setattr(posterior_file.xr, "open_datatree", lambda *_, **__: pytest.fail("HDF5 was asked"))
+    for place in (0, 8, len(whole) - 33 - len(posterior_file.SEAL), *rng.integers(0, len(whole) - 60, 3)):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :])
+        with refused("format"):
+            posterior_file.load(path)
+
+
 def test_a_file_of_before_there_were_digests_is_read(posterior, tmp_path):
     path = tmp_path / "posterior.nc"
     posterior_file.save(posterior, path)

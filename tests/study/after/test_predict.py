@@ -85,7 +85,7 @@ def test_bands_of_a_manoeuvre_are_those_of_flights_of_its_draws(run, tmp_path, b
     options = ("--draws", 2000, "--sample", duration / 20)
     status, out, _ = bayesub("predict", run, "zigzag_20_20", "-o", tmp_path / "p", *options)
     assert status == 0
-    assert re.search(r"motion: After \S+ s the boat is within \S+ m of where it is expected with 90 %", out)
+    assert re.search(r"motion +After \S+ s the boat is within \S+ m of where it is expected", out)
     boat, posterior = bs.load_vehicle("auv690"), bs.Posterior.load(run / "posterior.nc")
     sets = np.tile(boat.xi, (2000, 1))
     sets[:, boat.equations.columns(posterior.names)] = posterior.draws[:: len(posterior.draws) // 2000][:2000]
@@ -204,7 +204,7 @@ def test_columns_without_a_sensor_are_named_and_left_out(run, log, tmp_path, bay
 
 def test_coefficients_that_nobody_inferred_are_named(run, tmp_path, bayesub):
     _, out, _ = bayesub("predict", run, "coupled", "-o", tmp_path / "p", *COARSE)
-    assert re.search(r"held: \d+ coefficients that act on this motion are not inferred .* known: \w+, ", out)
+    assert re.search(r"held +\d+ coefficients that act on this motion are not inferred", out)
     assert "TOO NARROW" in (tmp_path / "p" / "prediction.html").read_text()
 
 

@@ -54,14 +54,16 @@ def test_a_mode_that_fits_is_not_spoken_of(tmp_path, few_figures):  # noqa: ARG0
 
 
 def test_a_missing_current_is_named_before_sampling(tmp_path, few_figures):  # noqa: ARG001
-    """The sentence and the lines to add come in the stage of sampling, and the run goes on."""
+    """The sentence comes in the stage of sampling, with a study that has the lines to add, and the run goes on."""
     remarks = Remarks()
     run(written(tmp_path, truth={"current_mps": [0.005, 0.0]}), tmp_path / "run", progress=remarks)
-    (fit, stage), (lines, _) = remarks.sentences
+    (fit, stage), (suggestion, _) = remarks.sentences
     assert stage == "sample the posterior"
     assert fit.startswith("fit of the mode: The model does not fit")
     assert "a current were missing" in fit
-    assert "current_north_mps" in lines
+    file = tmp_path / "run" / "suggested.toml"
+    assert suggestion.endswith(f"\n  bayesub run {file} -o {tmp_path / 'run'}_again")
+    assert {"current_north_mps", "current_east_mps"} == load_study(file).nuisance.keys()
 
 
 def logged(tmp_path, damage=dict, **changes):

@@ -115,6 +115,8 @@ REFUSED = [
     ({"axes": ["X", "Z"], "sd": 1e-5}, "conflict", "Z"),
     ({"correlation_time_s": 0.1, "knot_interval_s": 5.0}, "conflict", "correlation_time_s"),
     ({"knot_interval_s": 1e-9}, "limit", "knot_interval_s"),
+    ({"sd": 1e-300}, "value", "disturbance"),
+    ({"sd": {"X": PRIOR, "Y": PRIOR, "N": {"median": 1e-200, "log_sd": 1.0}}}, "value", "disturbance"),
 ]  # fmt: skip
 
 

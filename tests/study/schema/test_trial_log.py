@@ -274,6 +274,15 @@ def test_what_this_boat_cannot_have_done_is_refused(rewritten, suboff, column, c
         read_trial(path, suboff, INSTRUMENTS, subproblem="horizontal")
 
 
+def test_a_coast_down_is_a_trial(rewritten, suboff):
+    """A propeller that stands still all the time is no error if the boat is seen to lose speed."""
+
+    def stop(log):
+        log["rpm"], log["u_ground"] = 0.0 * log["rpm"], log["u_ground"] / (1.0 + log["time"] / 60.0)
+
+    read_trial(rewritten(stop), suboff, INSTRUMENTS, subproblem="horizontal")
+
+
 def test_real_logs_are_possible():
     """Every log that comes with the package is read, and its boat can have done it."""
     for name in toml_files.built_in("logs"):
