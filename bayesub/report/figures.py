@@ -10,7 +10,6 @@ import numpy as np
 from bayesub.findings import derived
 from bayesub.findings.disturbances import InferredForces
 from bayesub.findings.results import AnyProblem, Results
-from bayesub.findings.run_numbers import UNTOUCHED
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
@@ -49,8 +48,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     yield orders_figure(problem, results.posterior.best)
     yield ReportFigure(
         "coefficients",
-        f"Coefficients as ratios to the {word}, those that the trial narrows most first. "
-        f"{_untouched(sample.contraction[:n])}{scale}",
+        f"Coefficients as ratios to the {word}, those that the trial narrows most first.{scale}",
         lambda path: coefficients.draw(path, sample, prior, reference[:n], found, word, equations, wide=wide),
     )
     yield from _small(results, reference[:n], word)
@@ -78,13 +76,6 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     for unseen in results.predictions:
         if unseen.posterior.is_flown:
             yield prediction_figure(unseen)
-    if n < len(sample.names):
-        yield ReportFigure(
-            "nuisance",
-            "What else the readings depend on. Blue: posterior. Dashed: prior. Orange: the truth behind a synthetic "
-            "record or the value of the vehicle, manoeuvre and noise model.",
-            lambda path: posterior.draw_nuisance(path, sample, prior, reference, n),
-        )
     if results.check is not None:
         yield ReportFigure(
             "cross_check",
@@ -185,15 +176,6 @@ def _gains(names, sds) -> str:
     return f"{cell(np.median(gains), 2)} times in the median, {names[np.argmax(gains)]} {cell(gains.max(), 2)} times"
 
 
-def _untouched(contraction) -> str:
-    """Of how many coefficients the data said next to nothing."""
-    n = np.count_nonzero(contraction >= UNTOUCHED)
-    of_them = ": the data said next to nothing of them" if n else ""
-    return (
-        f"{n} of {len(contraction)} posteriors are at least {100 * UNTOUCHED:.0f} % as wide as their priors{of_them}."
-    )
-
-
 def _found(results, baselines: list[dict]) -> list[Found]:
     """The solutions of the baselines, searches first; what one does not find is at its prior mean."""
     sample, found = results.summary, []
@@ -281,7 +263,7 @@ def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     draws, ends = sample.draws, np.transpose([prior.quantiles(p) for p in coefficients.PRIOR_EDGES])
     yield ReportFigure(
         "pair_small",
-        f"The strongest trade-off of two, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior.",
+        f"The strongest pair, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior, if it is near.",
         lambda path: small.draw_pair(
             path,
             coefficients.ratios(draws, reference, prior)[:, pair],
@@ -315,7 +297,7 @@ def fan_figure(
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
         f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
-        f"{TRACKS} tracks each, and bands of every channel. At its last reading half of the 90 % band shrinks: "
+        f"{TRACKS} tracks each, and bands of every channel. The boat at the last reading, half of the 90 % band: "
         f"{', '.join(words)}.{failed}",
         partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
@@ -328,7 +310,7 @@ def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:
     """How a band shrinks, of an axis with a label such as ``north (m)`` and the factor from SI to its unit."""
     name, _, unit = label.partition(" (")
     before, after = (rounded(factor * width, factor * width) for width in (wide, narrow))
-    return f"{name} from {before} to {after} {unit.rstrip(')')}".rstrip()
+    return f"{name} {before} before and {after} {unit.rstrip(')')} after"
 
 
 def disturbance_figure(forces: InferredForces) -> ReportFigure:

@@ -108,13 +108,11 @@ def test_forces_at_knots_are_in_no_table_and_no_figure_of_parameters(problem, re
 
 PICTURES = (
     "coefficients",
-    "track",
     "criticism",
     "disturbance",
     "ladder",
     "correlation",
     "directions",
-    "nuisance",
 )
 
 
@@ -194,7 +192,7 @@ def test_each_trial_of_several_has_its_own_figure(tmp_path):
     numbers = numbers_of(results)
     assert [trial["name"] for trial in numbers["disturbance"]["trials"]] == ["first", "second"]
     drawn = {figure.name: figure for figure in figures(results, joint.reference[joint.others], "truth", [])}
-    assert {"disturbance_first", "disturbance_second"} <= drawn.keys()
+    assert {"disturbance_first", "disturbance_second", "fan_first"} <= drawn.keys()
     drawn["disturbance_second"].draw([tmp_path / "a.png"])
     assert (tmp_path / "a.png").stat().st_size > 10_000
     assert "in the trial second" in drawn["disturbance_second"].caption

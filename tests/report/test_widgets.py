@@ -143,5 +143,5 @@ def test_the_content_is_json_without_tags(numbers, content):
 
 
 def pictures():
-    names = ("coefficients", "criticism", "ladder", "correlation", "directions", "nuisance")
+    names = ("coefficients", "criticism", "ladder", "correlation", "directions")
     return dict.fromkeys(names, ("What.", b"picture"))

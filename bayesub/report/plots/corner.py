@@ -226,8 +226,9 @@ def contours(axis: Axes, points: np.ndarray) -> None:
     grid = factor @ np.stack(np.meshgrid(middles, middles, indexing="ij")).reshape(2, -1)
     x, y = (centre[:, None] + sd[:, None] * grid).reshape(2, _CELLS, _CELLS)
     if levels[0] < levels[1] < ordered[0]:
-        axis.contourf(x, y, density, [*levels, 1.01 * ordered[0]], colors=[_PALE, style.POSTERIOR])
-        axis.contour(x, y, density, levels, colors=style.POSTERIOR, linewidths=0.9)
+        for level, colour in zip(levels, (_PALE, style.POSTERIOR), strict=True):
+            filled = axis.contourf(x, y, density, [level, 1.01 * ordered[0]], colors=[colour], antialiased=True)
+            filled.set(edgecolor=style.POSTERIOR, linewidth=0.9)
 
 
 def _draw_marginals(axis, draws, quantiles) -> None:

@@ -11,10 +11,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
-from bayesub.io.words import with_unit
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import PRIOR_PROBABILITIES, QUANTILES, borders, labels, prior_density
-from bayesub.report.plots.style import Equations, Paths, Prior
+from bayesub.report.plots.coefficients import QUANTILES, borders, labels
+from bayesub.report.plots.style import Equations, Paths
 
 if TYPE_CHECKING:  # they load a sampler and searches
     from bayesub.inference.baselines import Estimate
@@ -92,30 +91,6 @@ def _draw_map(axis, names, correlation, equations) -> AxesImage:
         axis.text(column, row, f"{rho:.2f}".replace("0.", ".").replace("-", "\u2212"), look)
     others = np.where(np.eye(n, dtype=bool), np.nan, correlation)
     return axis.imshow(others, cmap=style.CORRELATION, vmin=-1, vmax=1)
-
-
-def draw_nuisance(path: Paths, posterior: Posterior, prior: Prior, reference: np.ndarray, n_coefficients: int) -> None:
-    """A panel each for the parameters after the coefficients: posterior, prior and reference (n_params,)."""
-    nuisances = range(n_coefficients, len(posterior.names))
-    n_columns = min(4, len(nuisances))
-    n_rows = -(-len(nuisances) // n_columns)
-    quantiles = np.array([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
-    with style.figure(path, 2.6 * n_columns + 0.2, 1.9 * n_rows + 0.5) as figure:
-        panels = figure.subplots(n_rows, n_columns, squeeze=False).ravel()
-        for panel, k in zip(panels, nuisances, strict=False):
-            panel.hist(posterior.draws[:, k], 60, density=True, color=style.POSTERIOR, label="posterior")
-            limits, (places, density) = panel.get_xlim(), prior_density(quantiles[:, k])
-            panel.plot(places, density, **style.PRIOR_LINE, label="prior")
-            panel.set_xlim(limits)
-            panel.set_ylim(0, max(panel.get_ylim()[1], 1.1 * density.max()))
-            panel.axvline(reference[k], color=style.SQP, lw=1.0, label="reference")
-            panel.set_xlabel(with_unit(posterior.names[k]))
-            panel.set_yticks([])
-            panel.ticklabel_format(axis="x", useOffset=False, scilimits=(-3, 4), useMathText=True)
-            panel.locator_params(axis="x", nbins=4)
-        for panel in panels[len(nuisances) :]:
-            panel.set_visible(False)
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
 
 
 def draw_intervals(path: Paths, posterior: Posterior) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # it loads a sampler
 BEST, LEAST = 8, 4  # coefficients, by how much narrower they became
 _SIZE = 3.5, 2.75  # inches
 _PLACES = 120  # of a track
+_NEAR = 0.03  # of the prior, the sd of a pair beside which it is drawn
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 90)
 _WIDER = 2.146 / 1.645  # from what holds 90 % of a normal to what holds 90 % of two together
 
@@ -62,11 +63,9 @@ def draw_pair(path: Paths, draws: np.ndarray, prior: np.ndarray, names: Sequence
     """
     with style.figure(path, *_SIZE) as figure:
         axis = figure.subplots()
-        circle = np.array([np.cos(_ANGLES), np.sin(_ANGLES)]) * _WIDER
-        axis.plot(
-            *(prior.mean(axis=1, keepdims=True) + 0.5 * np.ptp(prior, axis=1, keepdims=True) * circle),
-            **style.PRIOR_LINE,
-        )
+        circle = 0.5 * _WIDER * np.ptp(prior, axis=1) * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+        if draws.std(axis=0).max() > _NEAR * np.ptp(prior, axis=1).min():
+            axis.plot(*(prior.mean(axis=1) + circle).T, **style.PRIOR_LINE)
         corner.contours(axis, draws[:: -(-len(draws) // corner.DRAWS)])
         axis.plot([1.0], [1.0], "+", ms=9, mew=1.2, color=style.TRUTH)
         axis.set_aspect("equal", adjustable="datalim")

@@ -136,10 +136,6 @@ def draw_spectrum(path):
     ladders.draw_directions(path, SPECTRUM)
 
 
-def draw_nuisance(path):
-    posterior.draw_nuisance(path, POSTERIOR, PRIOR, REFERENCE, N)
-
-
 def draw_profile(path):
     change = np.linspace(-0.5, 0.5, 11)
     cost = {"cost": 100.0 * change**2, "laplace": 90.0 * change**2}
@@ -165,7 +161,6 @@ FIGURES = {
     draw_data_card: ("time from the first control (s)", "posterior / prior sd"),
     draw_fit: ("time (s)", "lag (readings)"),
     draw_correlation: ("posterior correlation",),
-    draw_nuisance: ("yaw0 (deg)",),
     draw_profile: ("change of the coefficient (%)", "rise of $-2\\log$ likelihood"),
     draw_ranks: ("step after warm-up", "rank over number of draws"),
     draw_ladder: ("standard deviation, in those of the prior",),
