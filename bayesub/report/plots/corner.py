@@ -6,6 +6,8 @@ and to render.
 
 from __future__ import annotations
 
+import functools
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -207,9 +209,9 @@ def _signed(value: float, sign: str = "") -> str:
 
 
 def contours(axis: Axes, points: np.ndarray) -> None:
-    """Fill what holds 50 and 90 % of points (n, 2); nothing if one of the two is constant.
+    """Fill what holds 50 and 90 % of points (n, 2), by the library corner; nothing if one of the two is constant.
 
-    The cells are those of the cloud by its own standard deviations and correlation, so that a blade has a contour too.
+    Its cells are those of the cloud by its own standard deviations and correlation, so that a blade has a contour too.
     """
     centre, sd = points.mean(axis=0), points.std(axis=0)
     if not np.all(sd > 1e-12 * np.abs(centre)):
@@ -217,18 +219,40 @@ def contours(axis: Axes, points: np.ndarray) -> None:
     scaled = (points - centre) / sd
     rho = np.mean(scaled[:, 0] * scaled[:, 1])
     factor = np.array([[1.0, 0.0], [rho, max(np.sqrt(max(1.0 - rho**2, 0.0)), 1e-6)]])
-    own = np.linalg.solve(factor, scaled.T)
-    edges = np.linspace(-_CLOUD, _CLOUD, _CELLS + 1)
-    density = ndimage.gaussian_filter(np.histogram2d(own[0], own[1], [edges, edges])[0], _SMOOTHING)
-    ordered = np.sort(density.ravel())[::-1]
-    levels = [ordered[np.searchsorted(np.cumsum(ordered), share * ordered.sum())] for share in SHARES[::-1]]
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    grid = factor @ np.stack(np.meshgrid(middles, middles, indexing="ij")).reshape(2, -1)
-    x, y = (centre[:, None] + sd[:, None] * grid).reshape(2, _CELLS, _CELLS)
-    if levels[0] < levels[1] < ordered[0]:
-        for level, colour in zip(levels, (_PALE, style.POSTERIOR), strict=True):
-            filled = axis.contourf(x, y, density, [level, 1.01 * ordered[0]], colors=[colour], antialiased=True)
-            filled.set(edgecolor=style.POSTERIOR, linewidth=0.9)
+    others, extent = set(axis.collections), axis.dataLim.frozen()
+    _hist2d()(
+        *np.linalg.solve(factor, scaled.T),
+        ax=axis,
+        bins=_CELLS,
+        range=[(-_CLOUD, _CLOUD)] * 2,
+        smooth=_SMOOTHING,
+        levels=SHARES,
+        plot_datapoints=False,
+        plot_density=False,
+        no_fill_contours=True,
+        contour_kwargs={"colors": style.POSTERIOR, "linewidths": 0.9},
+    )
+    (lines,) = (drawn for drawn in axis.collections if drawn not in others)
+    lines.set_facecolor([_PALE, style.POSTERIOR])
+    axis.dataLim.set(extent)
+    for path in lines.get_paths():
+        path.vertices = centre + sd * (path.vertices @ factor.T)
+        axis.update_datalim(path.vertices)
+    axis.autoscale()
+
+
+@functools.cache
+def _hist2d() -> Any:
+    """The contours of corner, without ArviZ, which corner imports for chains of ArviZ and which takes two seconds."""
+    absent = "arviz" not in sys.modules
+    if absent:
+        sys.modules["arviz"] = None  # type: ignore[assignment]  # so that an import of it fails
+    try:
+        import corner  # here, since it imports pyplot
+    finally:
+        if absent:
+            del sys.modules["arviz"]
+    return corner.hist2d
 
 
 def _draw_marginals(axis, draws, quantiles) -> None:

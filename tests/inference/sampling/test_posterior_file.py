@@ -107,6 +107,13 @@ posterior = Posterior(("Xuu",), chain, chain[..., 0], np.zeros(1), np.ones(1), 2
 posterior.to_arviz()
 """
     assert output(script, tmp_path / "posterior") == (0, "", "")
+    script = """
+import numpy as np
+from matplotlib.figure import Figure
+from bayesub.report.plots.corner import contours
+contours(Figure().subplots(), np.random.default_rng(1).uniform(size=(500, 2)))
+"""
+    assert output(script, tmp_path / "corner") == (0, "", "")
 
 
 def output(script, home):
