@@ -230,10 +230,11 @@ def contours(axis: Axes, points: np.ndarray) -> None:
         plot_datapoints=False,
         plot_density=False,
         no_fill_contours=True,
-        contour_kwargs={"colors": style.POSTERIOR, "linewidths": 0.9},
+        contour_kwargs={"linewidths": 0.9},
     )
     (lines,) = (drawn for drawn in axis.collections if drawn not in others)
-    lines.set_facecolor([_PALE, style.POSTERIOR])
+    lines.set_array(None)  # whose colours would be those of the lines
+    lines.set(facecolor=[_PALE, style.POSTERIOR], edgecolor=style.POSTERIOR)
     axis.dataLim.set(extent)
     for path in lines.get_paths():
         path.vertices = centre + sd * (path.vertices @ factor.T)

@@ -56,6 +56,11 @@ def test_contours_hold_the_shares_of_draws_that_they_say(rho):
     axis = Figure().subplots()
     corner.contours(axis, points)
     areas = [path for filled in axis.collections for path in filled.get_paths()]
+    (filled,) = axis.collections
+    axis.figure.draw_without_rendering()
+    wide, narrow = filled.get_facecolor()
+    assert same_color(narrow, style.POSTERIOR)
+    assert not same_color(narrow, wide)
     shares = sorted(path.contains_points(points).mean() for path in areas)
     wider = [1.0 - (1.0 - share) ** 1.03**2 for share in corner.SHARES]
     for measured, share, limit in zip(shares, corner.SHARES, wider, strict=True):
