@@ -64,7 +64,7 @@ def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, 
     lines = remedies.lines_to_add(best, problem)
     assert line in lines
     sentence = remedies.look_like([best, *others])
-    assert "the lines to add infer it" in sentence
+    assert "the lines to add infer" in sentence
     second = posed(tmp_path / "second.toml", f"{text}{lines}\n")
     assert second.n_params > problem.n_params
     assert fitted(second, rng)[0].fits

@@ -175,9 +175,9 @@ def with_late_readings(log):
     ("change", "topic", "words"),
     [
         (lambda log: log, "", ""),
-        (lambda log: log.assign(u_ground_mps=1.03 * log.u_ground_mps), "contradiction", "scale_u_ground were 1.03"),
-        (lambda log: log.assign(rpm=1.1 * log.rpm), "contradiction", "scale_propeller were 0."),
-        (lambda log: log.assign(rudder_deg=1.2 * log.rudder_deg), "rests_on", "of scale_rudder is"),
+        (lambda log: log.assign(u_ground_mps=1.03 * log.u_ground_mps), "contradiction", "scale_u_ground is 1.03"),
+        (lambda log: log.assign(rpm=1.1 * log.rpm), "contradiction", "scale_propeller is 0."),
+        (lambda log: log.assign(rudder_deg=1.2 * log.rudder_deg), "rests_on", "in scale_rudder"),
         (with_late_readings, "contradiction", "clock_offset_s is "),
     ],
 )

@@ -36,7 +36,7 @@ def predicted(place: Path, folder: Path) -> None:
     """`bayesub predict --force`, of the run in the place."""
     draw_all = page.draw_all
     page.draw_all = lambda parts, *rest, **options: draw_all(
-        (replace(part, draw=small_study.leave_empty) for part in parts), *rest, **options
+        [replace(part, draw=small_study.leave_empty) for part in parts], *rest, **options
     )
     predict.predict_by_run(predict.Request(place / "run", "zigzag_10_10", draws=200), folder, force=True)
 
