@@ -13,7 +13,7 @@ from bayesub.report.figures import TRACKS
 from bayesub.report.plots import coefficients, posterior
 from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
 
-DRAWS = 400  # of the posterior, in the scatter of a pair
+DRAWS, NUMBERS = 400, 16_000  # of the posterior, in the scatter of a pair, and their numbers, at most
 READINGS = 30_000  # of all trials; of more, every second, third ..
 PLACES = 250  # points of a track
 _DIGITS = 7  # of numbers
@@ -84,7 +84,8 @@ def _pairs(results, reference, word: str) -> dict:
     problem, sample = results.problem, results.summary
     divisors = run_numbers.ratio_divisors(problem)
     is_ratio = (np.arange(len(sample.names)) < problem.n_coefficients) & (reference != 0.0)
-    some = np.linspace(0, len(sample.draws) - 1, min(DRAWS, len(sample.draws))).astype(int)
+    n_draws = min(DRAWS, NUMBERS // len(sample.names), len(sample.draws))
+    some = np.linspace(0, len(sample.draws) - 1, n_draws).astype(int)
     prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES]) / divisors[:, None]
     strong, _ = posterior.strong_block(sample.names, results.correlation)
     rows, columns = np.tril_indices(len(sample.names), -1)
