@@ -8,7 +8,7 @@ so may be multiplied by a number or added; none comes from velocity terms that l
 directions on horizontal manoeuvres. Every spectrum spans decades, and every posterior sharpens some coefficients and
 leaves others. A set with too few terms does not fit, its bands miss the truth, and the model check says so. One with
 more terms than the boat has fits, and its bands hold the truth, but it predicts worse than the right set.
-Cost: a quarter of an hour; with --quick two minutes.
+Cost: a quarter of an hour; with --quick one minute.
 """
 
 from functools import partial
@@ -40,7 +40,7 @@ FITS = (
 )
 UNSEEN = ("turning_circle", "zigzag_20_20", "zigzag_10_10", *(f"random:{seed}" for seed in range(1, 11)))
 MAX_STEPS, QUICK_STEPS = 3000, 600
-# Quick: two minutes, because four posteriors are sampled with each of four sets of terms.
+# Quick: a minute, because three posteriors are sampled with each of four sets of terms.
 N_TRIALS = 4  # of a fit, whose predictions are judged together
 N_STARTS, ITERATIONS = 5, 200
 SEED = 19
@@ -69,7 +69,7 @@ def compute(run):
     }
     max_steps = QUICK_STEPS if run.quick else MAX_STEPS
     fits = {
-        f"{vehicle} {name}": partial(fit, vehicle, name, max_steps)
+        f"{vehicle} {name}": partial(fit, vehicle, name, max_steps, 3 if run.quick else N_TRIALS)
         for vehicle, name in FITS[: 4 if run.quick else None]
     }
     return {"cases": run.parts("cases", cases), "fits": run.parts("fits", fits)}
@@ -82,7 +82,7 @@ def case(name, vehicle, manoeuvre):
     return {"equations": name, "vehicle": vehicle, "manoeuvre": manoeuvre, "axes": axes, "spectra": spectra}
 
 
-def fit(vehicle, name, max_steps):
+def fit(vehicle, name, max_steps, n_trials):
     """The posterior of the horizontal spiral in some equations, what it predicts, and what the model check says.
 
     Predictions are of trials with other noise and other guesses; the rest is of the first one.
@@ -94,7 +94,7 @@ def fit(vehicle, name, max_steps):
     own = name == boat.equations.name
     crossed = boat if own else swapped.crossed(boat, name, "horizontal")
     fits = []
-    for posed, sampled in zip(trials.spawn(N_TRIALS), trials.spawn(N_TRIALS), strict=True):
+    for posed, sampled in zip(trials.spawn(n_trials), trials.spawn(n_trials), strict=True):
         trial = uniqueness.trial(track, posed) if own else swapped.crossed_trial(track, crossed, posed)
         fits.append((trial, sample(trial, rng=sampled, max_steps=max_steps)))
     # Random manoeuvres move stern planes too, which the equations of a ship do not have.
