@@ -115,7 +115,8 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
         f"all others.{more}",
         partial(ladders.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
     )
-    drawn = {"found": found, "word": word}
+    drawn: dict[str, Any] = {"posterior": sample, "prior": prior, "reference": reference[:n], "equations": equations}
+    drawn |= {"found": found, "word": word}
     if pairs := [pair for pair in corner.strong_pairs(correlation) if pair[0] < n][: corner.PAIRS]:
         (i, j), *_ = pairs
         yield ReportFigure(
@@ -123,9 +124,8 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
             f"The strongest trade-offs, as ratios to the {word}: a narrow slanted shape is a pair of which the data "
             f"know one combination. Most of all {names[i]} with {names[j]}, correlation {correlation[i, j]:+.2f}. "
             "Solutions that fit equally well lie along it.",
-            partial(corner.draw_pairs, posterior=sample, prior=prior, reference=reference[:n], equations=equations,
-                    pairs=pairs, **drawn),
-        )  # fmt: skip
+            partial(corner.draw_pairs, pairs=pairs, **drawn),
+        )
     axes = np.array([equations.term(name).axis for name in names[:n]])
     for axis in dict.fromkeys(axes.tolist()):
         members = np.flatnonzero(axes == axis)
@@ -136,9 +136,8 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
                 f"Coefficients of the axis {axis} that trade off with each other, as ratios to the {word}: "
                 f"{len(chosen)} of {len(members)}. Below the diagonal their joint marginals, above it their "
                 "correlations; over each its mean and sd.",
-                partial(corner.draw, posterior=sample, prior=prior, reference=reference[:n], equations=equations,
-                        chosen=chosen, **drawn),
-            )  # fmt: skip
+                partial(corner.draw, chosen=chosen, **drawn),
+            )
     yield _directions(results, found)
     yield ReportFigure(
         "correlation",

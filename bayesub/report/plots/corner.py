@@ -47,7 +47,7 @@ _BINS = 50  # of a marginal
 _PALE = "#A9CDE4"
 _EDGE: dict[str, Any] = style.PRIOR_LINE | {"lw": 0.9}  # what holds 90 % of the prior of any two
 _RADIUS = np.sqrt(-2.0 * np.log(1.0 - SHARES[-1]))  # of the circle that holds this share of two standard normals
-_CIRCLE = _RADIUS * np.stack([np.cos(t := np.linspace(0.0, 2.0 * np.pi, 60)), np.sin(t)])
+CIRCLE = _RADIUS * np.stack([np.cos(t := np.linspace(0.0, 2.0 * np.pi, 60)), np.sin(t)])
 
 
 def strong_pairs(correlation: np.ndarray) -> Iterator[tuple[int, int]]:
@@ -93,7 +93,7 @@ def draw_pairs(
     steps = np.sort(ratio([prior.quantiles(special.ndtr(t)) for t in (-1.0, 0.0, 1.0)]), axis=0)
     unit = 0.5 * (steps[2] - steps[0])
     names = star(posterior.names, np.concatenate([reference, np.ones(len(posterior.names) - n)]), equations)
-    ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(_CIRCLE)}
+    ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(CIRCLE)}
     columns, rows = min(_COLUMNS, len(pairs)), -(-len(pairs) // _COLUMNS)
     width = max(_PANEL * columns, 2.5 * _PANEL)
     margins = (0.55, 0.1, 0.45, 0.75) if np.max(pairs) < n else None  # other labels are to be measured
@@ -165,7 +165,7 @@ def draw(
         return (ratio(values) - low) / (high - low)
 
     quantiles = place([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
-    circle = [place([prior.quantiles(special.ndtr(t)) for t in side]) for side in _CIRCLE]
+    circle = [place([prior.quantiles(special.ndtr(t)) for t in side]) for side in CIRCLE]
     beyond = [np.any(np.abs(place(one.values) - 0.5) > 0.5, axis=1).sum() for one in found]
     handles = _handles(found, beyond, word)
     words = [handle.get_label() for handle in handles]

@@ -29,7 +29,7 @@ def draw_fan(
     ends = np.cumsum([len(channel.times) for channel in channels])
     with style.figure(path, 9.0, max(3.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic([["track", c.name] for c in channels], width_ratios=[1.0, 1.15])
-        draw_tracks(axes["track"], *(some[:, :: -(-some.shape[1] // _POINTS)] for some in tracks))
+        draw_tracks(axes["track"], *tracks)
         last = max(channel.times[-1] for channel in channels)
         for channel, end in zip(channels, ends, strict=True):
             _draw_channel(axes[channel.name], channel, prior, posterior, slice(end - len(channel.times), end))
@@ -60,7 +60,9 @@ def _draw_channel(axis, channel, prior, posterior, part) -> None:
 
 
 def draw_tracks(axis: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
-    """From above, or of a straight track from aside."""
+    """From above, or of a straight track from aside, at some of the times."""
+    some = np.linspace(0, prior.shape[1] - 1, min(_POINTS, prior.shape[1])).astype(int)
+    prior, posterior = prior[:, some], posterior[:, some]
     from_aside = np.ptp(posterior[0, :, Y]) <= STRAIGHT * np.ptp(posterior[0, :, X])
     for tracks, colour, width in ((prior, style.PRIOR, 0.8), (posterior, style.POSTERIOR, 1.0)):
         across, up = (tracks[..., X], tracks[..., Z]) if from_aside else (tracks[..., Y], tracks[..., X])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import special
 
 from bayesub.report.plots import corner, prediction, style
 from bayesub.report.plots.coefficients import QUANTILES, labels, ratios
@@ -16,17 +17,13 @@ if TYPE_CHECKING:  # it loads a sampler
 
 BEST, LEAST = 8, 4  # coefficients, by how much narrower they became
 _SIZE = 3.5, 2.75  # inches
-_PLACES = 120  # of a track
 _NEAR = 0.03  # of the prior, the sd of a pair beside which it is drawn
-_ANGLES = np.linspace(0.0, 2.0 * np.pi, 90)
-_WIDER = 2.146 / 1.645  # from what holds 90 % of a normal to what holds 90 % of two together
 
 
 def draw_fan(path: Paths, tracks: Sequence[np.ndarray]) -> None:
     """Tracks (n_draws, n_times, 12) of the prior and of the posterior."""
     with style.figure(path, *_SIZE) as figure:
-        some = np.linspace(0, tracks[0].shape[1] - 1, min(_PLACES, tracks[0].shape[1])).astype(int)
-        prediction.draw_tracks(figure.subplots(), *(track[:, some] for track in tracks))
+        prediction.draw_tracks(figure.subplots(), *tracks)
 
 
 def chosen(contraction: np.ndarray) -> np.ndarray:
@@ -63,7 +60,7 @@ def draw_pair(path: Paths, draws: np.ndarray, prior: np.ndarray, names: Sequence
     """
     with style.figure(path, *_SIZE) as figure:
         axis = figure.subplots()
-        circle = 0.5 * _WIDER * np.ptp(prior, axis=1) * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+        circle = corner.CIRCLE.T * np.ptp(prior, axis=1) / np.ptp(special.ndtri([0.05, 0.95]))
         if draws.std(axis=0).max() > _NEAR * np.ptp(prior, axis=1).min():
             axis.plot(*(prior.mean(axis=1) + circle).T, **style.PRIOR_LINE)
         corner.contours(axis, draws[:: -(-len(draws) // corner.DRAWS)])
