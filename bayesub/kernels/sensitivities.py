@@ -265,12 +265,29 @@ def _slopes(now, slope, begin, end, matrices, forces, lane, sources, factors, ax
 
 @jit
 def _propagate(
-    task, first, outputs, history, matrices, forces, sources, factors, axes, changes, slopes, step, times, rows, result
+    task,
+    first,
+    outputs,
+    history,
+    matrices,
+    forces,
+    sources,
+    factors,
+    axes,
+    changes,
+    slopes,
+    step,
+    times,
+    rows,
+    result,
+    restarts,
+    initial,
+    ends,
 ):
     """The third pass for the columns of a task over the steps from `first` on, from its next of the `outputs` on.
 
     `changes` and `slopes` (2, n, WIDTH) hold the sensitivities at the starts of an even and of an odd step, and their
-    rates where an output needs them.
+    rates where an output needs them. At the starts of the steps `restarts` they are kept as `ends` and `initial` again.
     """
     widest_vectors()
     begin = task * _COLUMNS_A_TASK
@@ -292,7 +309,8 @@ def _propagate(
             following += 1
         # An output between two steps needs the rates at both.
         due = following > output and (rates or times[output] < time)
-        if due or (following < n_times and (times[following] < time + step or n + 1 == n_steps)):
+        soon = following < n_times and (times[following] < time + step or n + 1 == n_steps)
+        if due or soon:
             _slopes(
                 now, slopes[n % 2], begin, end, matrices[here], forces[here // LANES, 0], here % LANES,
                 sources, factors, axes, step,
@@ -303,6 +321,16 @@ def _propagate(
                 result[k],
             )  # fmt: skip
         output = following
+        piece = np.searchsorted(restarts, n)
+        if piece < restarts.shape[0] and restarts[piece] == n:
+            for c in range(begin, end):
+                for k in range(N_STATES):
+                    ends[piece, c, k], now[c, k] = now[c, k], initial[c, k]
+            if soon:
+                _slopes(
+                    now, slopes[n % 2], begin, end, matrices[here], forces[here // LANES, 0], here % LANES,
+                    sources, factors, axes, step,
+                )  # fmt: skip
         _advance(
             now, before, begin, end, matrices[here], forces[here // LANES], here % LANES, sources, factors, axes
         )  # fmt: skip
@@ -338,7 +366,7 @@ def _emit(before, slope_before, now, slope, begin, end, late, step, rows, result
 def _run(
     equations, slopes_of, coefficients, body, inverse_mass, bodies, inertia, history, stages,
     variations, slots, step, times, parameters, sources, factors, axes, rows, matrices, forces, changes, slopes,
-    outputs, result,
+    outputs, result, restarts, initial, ends,
 ):  # fmt: skip
     n_points, n_tasks, n_times = history.shape[0], outputs.shape[0], times.shape[0]
     loaded = workspace(equations)
@@ -357,15 +385,18 @@ def _run(
         for task in prange(n_tasks):
             _propagate(
                 np.int64(task), first, outputs, history, matrices, forces, sources, factors, axes, changes, slopes,
-                step, times, rows, result,
+                step, times, rows, result, restarts, initial, ends,
             )  # fmt: skip
 
 
 def sensitivities(
     equations, slopes_of, added_mass, coefficients, body, history, stages, variations, slots, step, times,
-    parameters, sources, factors, axes, initial, rows,
+    parameters, sources, factors, axes, initial, rows, restarts=(),
 ):  # fmt: skip
     """Derivatives (n_times, n, n_rows) of the motion of one member by the parameters of `n` columns.
+
+    And (n_restarts, n, N_STATES) those of the states at the starts of some steps, at which the motion begins anew: what
+    follows is differentiated by the states there and by forces from there on. An output at such a start is before it.
 
     Its `history` (n_steps + 1, 4, 12) is from :func:`fly`, and `stages` have all amounts of its variations added; the
     rest is as for :func:`bayesub.kernels.integrate.integrate`, but for:
@@ -386,7 +417,9 @@ def sensitivities(
     axes : (n,) array
         Axis 0 .. 5 along which it acts.
     initial : (n, N_STATES) array
-        Sensitivities at the start.
+        Sensitivities at the start, and at each of the restarts.
+    restarts : (n_restarts,) array
+        Ascending numbers of steps.
     """
     coefficients, body, history, stages, times, factors = map(
         plain, (coefficients, body, history, stages, times, factors)
@@ -405,9 +438,11 @@ def sensitivities(
     changes[0, :, :N_STATES] = initial
     outputs = np.zeros(-(-n_columns // _COLUMNS_A_TASK), dtype=int)
     result = np.empty((len(times), n_columns, len(rows)))
+    restarts, initial = plain(np.asarray(restarts), int), plain(initial)
+    ends = np.full((len(restarts), n_columns, N_STATES), np.nan)
     _run(
         equations, slopes_of, coefficients, body, inverses(mass_matrices(coefficients, body, added_mass)), bodies,
         masses[1:] - masses[0], history, stages, variations, slots, step, times, parameters, sources, factors, axes,
-        rows, matrices, forces, changes, slopes, outputs, result,
+        rows, matrices, forces, changes, slopes, outputs, result, restarts, initial, ends,
     )  # fmt: skip
-    return result
+    return result, ends

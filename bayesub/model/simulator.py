@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,22 @@ MAX_STEPS = 2_000_000  # of one flight, and of its output times
 STEP_TOLERANCE_M = 0.05  # position change on halving the step that an automatic step must keep
 FINER = 10.0  # steps of a true motion in one of the model that is fitted to its record
 OF_MANOEUVRE = "of the manoeuvre"
+# States that move, by sub-problem.
+MOVING = {None: log_files.STATES, "horizontal": ("x", "y", "psi", "u", "v", "r")}
+MOVING |= {"vertical": ("x", "z", "theta", "u", "w", "q")}
+HATS = 3  # knots whose forces act in a piece: it begins with the first step after a knot, and ends a step late
+
+
+class Pieces(NamedTuple):
+    """A motion between knots, linear in the state at the start of each piece and in the forces at its knots.
+
+    The columns are n_states of :data:`MOVING`, and then axis after axis the forces at the knot of the piece and at the
+    two after it.
+    """
+
+    ends: np.ndarray  # (n_pieces, n_states, n_columns) derivatives of the state at the end
+    outputs: np.ndarray  # (n_times, n_outputs, n_columns) derivatives of what is put out
+    numbers: np.ndarray  # (n_times,) of the pieces in which the outputs are
 
 
 @dataclass(eq=False, repr=False)
@@ -70,6 +87,7 @@ class Simulator:
         self._check_times()
         self._inactive = np.isin(equations.names, equations.active(subproblem=self.subproblem), invert=True)
         self._columns: dict[tuple[str, ...], tuple] = {}  # of sensitivities, by parameters
+        self._hats: tuple | None = None  # of pieces
         n_steps = max(1, int(np.ceil(self.times[-1] / self.step * (1 - 1e-12))))
         boundaries = np.arange(max(n_steps, 3) + 1) * self.step
         self._prescribed = {one: one.on_steps(boundaries) for one in manoeuvre.prescribed}
@@ -273,6 +291,23 @@ class Simulator:
         (n_times, n_outputs, n_parameters) array
             Not a number from the failure of the simulation on.
         """
+        flight = self._flight(xi, body, initial, amounts)
+        parameters = tuple(parameters)
+        if parameters not in self._columns:
+            firsts, varied, *columns = sensitivity_columns(parameters, self.vehicle, self.subproblem, self.knots)
+            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), *columns
+        firsts, varied, variations, slots, *columns = self._columns[parameters]
+        if not self._stage_changes.are_linear:
+            variations = self._stage_changes.by(varied, amounts)
+        rows = np.array(log_files.positions(*outputs))
+        times = self.times if times is None else times
+        derivatives, _ = self.kernels.sensitivities(*flight, variations, slots, self.step, times, *columns, rows)
+        if len(firsts) < derivatives.shape[1]:
+            derivatives = np.add.reduceat(derivatives, firsts, axis=1)
+        return derivatives.swapaxes(1, 2)
+
+    def _flight(self, xi, body, initial, amounts) -> tuple[np.ndarray, ...]:
+        """Coefficients, body, states at the stages and controls there, of one member as of :meth:`run`."""
         if self.attitude != "euler":
             raise InputError("sensitivities need the attitude in Euler angles", "conflict", "attitude")
         dimensional = self.dimensional(xi)
@@ -283,22 +318,63 @@ class Simulator:
             (numbers,) = self._stage_changes.numbers(amounts[None])
             stages = stages + self._stage_changes.variations.added(numbers, stages.shape[2])
         max_speed = MAX_SPEED_RATIO * self.vehicle.speed_mps
-        history = self.kernels.fly(dimensional, bodies, initial, stages, self.step, max_speed)
-        parameters = tuple(parameters)
-        if parameters not in self._columns:
-            firsts, varied, *columns = sensitivity_columns(parameters, self.vehicle, self.subproblem, self.knots)
-            self._columns[parameters] = firsts, varied, self._stage_changes.by(varied, amounts), *columns
-        firsts, varied, variations, slots, *columns = self._columns[parameters]
-        if not self._stage_changes.are_linear:
-            variations = self._stage_changes.by(varied, amounts)
-        rows = np.array(log_files.positions(*outputs))
+        return dimensional, bodies, self.kernels.fly(dimensional, bodies, initial, stages, self.step, max_speed), stages
+
+    def pieces(
+        self,
+        xi: np.ndarray,
+        outputs: tuple[str, ...] = log_files.STATES,
+        *,
+        body: np.ndarray | None = None,
+        initial: np.ndarray | None = None,
+        amounts: np.ndarray | None = None,
+        times: np.ndarray | None = None,
+    ) -> Pieces:
+        """The motion of one coefficient set between the knots, linearised: :meth:`sensitivities` of its pieces.
+
+        Their cost grows with the duration and not with the number of knots. The knots are at least a step apart.
+        """
+        knots, states = self.knots, MOVING[self.subproblem]
+        flight = self._flight(xi, body, initial, amounts)
+        n_axes, n_knots, n_states = len(knots.axes), len(knots.times), len(states)
+        if self._hats is None:
+            by_knot = self._stage_changes.by(knots.parameters, None)
+            axis, knot = np.divmod(by_knot.numbers, n_knots)
+            slots = np.full((HATS * n_axes, 6), -1)
+            acts = np.repeat([AXES.index(axis) for axis in knots.axes], HATS)
+            slots[np.arange(len(acts)), acts] = np.arange(len(acts))
+            starts = np.zeros((n_states + len(acts), workspace.N_STATES))
+            starts[np.arange(n_states), log_files.positions(*states)] = 1.0
+            of_states = np.zeros(n_states)
+            columns = (
+                np.concatenate([of_states, len(self.vehicle.equations.names) + np.arange(len(acts))]),
+                np.concatenate([of_states, np.ones(len(acts))]),
+                np.concatenate([of_states, acts]),
+                starts,
+            )
+            variations = by_knot._replace(numbers=HATS * axis + knot % HATS)
+            restarts = np.ceil(knots.times[1:] / self.step * (1 - 1e-12)).astype(int)
+            self._hats = variations, slots, columns, restarts
+        variations, slots, columns, restarts = self._hats
         times = self.times if times is None else times
-        derivatives = self.kernels.sensitivities(
-            dimensional, bodies, history, stages, variations, slots, self.step, times, *columns, rows
-        )
-        if len(firsts) < derivatives.shape[1]:
-            derivatives = np.add.reduceat(derivatives, firsts, axis=1)
-        return derivatives.swapaxes(1, 2)
+        derivatives, ends = self.kernels.sensitivities(
+            *flight, variations, slots, self.step, times, np.zeros(0), *columns,
+            np.array(log_files.positions(*outputs)), restarts,
+        )  # fmt: skip
+        numbers = np.searchsorted(restarts * self.step, times)  # an output at a restart is before it
+        ends = ends[:, :, log_files.positions(*states)].swapaxes(1, 2)
+
+        def in_order(array, pieces):
+            """Columns of the hats of knots modulo three as those of the knot of each piece and the two after it."""
+            hats = HATS * np.arange(n_axes)[:, None] + (pieces[:, None, None] + np.arange(HATS)) % HATS
+            places = n_states + hats.reshape(len(pieces), 1, -1)
+            parts = (
+                array[..., :n_states],
+                np.take_along_axis(array, np.broadcast_to(places, (*array.shape[:2], places.shape[2])), axis=2),
+            )
+            return np.concatenate(parts, axis=2)
+
+        return Pieces(in_order(ends, np.arange(len(ends))), in_order(derivatives.swapaxes(1, 2), numbers), numbers)
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
         """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""
