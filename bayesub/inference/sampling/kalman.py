@@ -3,10 +3,10 @@
 Between two knots a motion is linear in the state s at the start of the piece and in the forces at its knots
 (:class:`Pieces`). Each force is a sequence in innovations form,
 
-    c_j = a_j[0] + root_j w_j,    a_{j+1} = T a_j + gain_j w_j,
+    c_j = p_j[0] + root_j w_j,    p_j+1 = T p_j + gain_j w_j,
 
-with the companion matrix T of an autoregression and white w. So readings less their prediction are those of a linear
-state-space model of the state s and, for each axis, of the forces at the three knots that act in a piece and of a at the
+where T moves predictions p up by one and w is white (:mod:`bayesub.problem.innovations`). So readings less their prediction are those of a linear
+state-space model of the state s and, for each axis, of the forces at the three knots that act in a piece and of p at the
 knot after these. The Kalman filter takes its readings one by one; the product of the variances of what it could not
 foresee is the determinant of the information about w. Going back, the simulation smoother of de Jong and Shephard
 (Biometrika 1995, 82) makes of standard normal y draws of w, whose mean are the w that fit best.
@@ -41,7 +41,7 @@ class Pieces(NamedTuple):
 class Innovations(NamedTuple):
     """Sequences of forces in innovations form."""
 
-    companion: np.ndarray  # (n_batch, n_axes, n_lags) first columns of T
+    last: np.ndarray  # (n_batch, n_axes, n_lags) weights of p in the last entry of T p
     gains: np.ndarray  # (n_batch, n_axes, n_knots, n_lags), times the sd
     roots: np.ndarray  # (n_batch, n_axes, n_knots), times the sd
 
@@ -209,33 +209,33 @@ def _transposed(end, vector, column):
 
 
 @inline
-def _shift(vector, axis, n_states, n_columns, companion, lives):
+def _shift(vector, axis, n_states, n_columns, last, lives):
     """The state after the knot, of an axis, without its noise: a vector (n, LANES) in place."""
-    first, lags = n_states + HATS * axis, n_columns + axis * companion.shape[1]
-    n_lags = companion.shape[1]
+    n_lags = last.shape[1]
+    first, lags = n_states + HATS * axis, n_columns + axis * n_lags
     for d in range(HATS - 1):
         for lane in range(LANES):
             vector[first + d, lane] = vector[first + d + 1, lane]
     for lane in range(LANES):
-        level = vector[lags, lane] if lives else 0.0
-        vector[first + HATS - 1, lane] = level
+        vector[first + HATS - 1, lane] = vector[lags, lane] if lives else 0.0
+        predicted = 0.0
         for i in range(n_lags):
-            later = vector[lags + i + 1, lane] if i + 1 < n_lags and lives else 0.0
-            vector[lags + i, lane] = companion[axis, i, lane] * level + later
+            predicted += last[axis, i, lane] * vector[lags + i, lane]
+        for i in range(n_lags - 1):
+            vector[lags + i, lane] = vector[lags + i + 1, lane] if lives else 0.0
+        vector[lags + n_lags - 1, lane] = predicted if lives else 0.0
 
 
 @inline
-def _unshift(vector, axis, n_states, n_columns, companion, lives):
+def _unshift(vector, axis, n_states, n_columns, last, lives):
     """The transpose of :func:`_shift`."""
-    first, lags = n_states + HATS * axis, n_columns + axis * companion.shape[1]
-    n_lags = companion.shape[1]
+    n_lags = last.shape[1]
+    first, lags = n_states + HATS * axis, n_columns + axis * n_lags
     for lane in range(LANES):
-        level = vector[first + HATS - 1, lane]
-        for i in range(n_lags):
-            level += companion[axis, i, lane] * vector[lags + i, lane]
-        for i in range(n_lags - 1, 0, -1):
-            vector[lags + i, lane] = vector[lags + i - 1, lane] if lives else 0.0
-        vector[lags, lane] = level if lives else 0.0
+        end, level = vector[lags + n_lags - 1, lane], vector[first + HATS - 1, lane]
+        for i in range(n_lags - 1, -1, -1):
+            before = vector[lags + i - 1, lane] if i > 0 else level
+            vector[lags + i, lane] = before + last[axis, i, lane] * end if lives else 0.0
     for d in range(HATS - 1, 0, -1):
         for lane in range(LANES):
             vector[first + d, lane] = vector[first + d - 1, lane]
@@ -244,16 +244,16 @@ def _unshift(vector, axis, n_states, n_columns, companion, lives):
 
 
 @inline
-def _inject(knot, n_states, n_columns, companion, gains, roots, white, mean, spread):
+def _inject(knot, n_states, n_columns, last, gains, roots, white, mean, spread):
     """The forces of a knot become part of the state, and those of the first knot leave it."""
     n_axes, n_knots, n_lags, _ = gains.shape
     n, lives = mean.shape[0], knot < n_knots
     for a in range(n_axes):
-        _shift(mean, a, n_states, n_columns, companion, lives)
+        _shift(mean, a, n_states, n_columns, last, lives)
         for i in range(n):
-            _shift(spread[i], a, n_states, n_columns, companion, lives)
+            _shift(spread[i], a, n_states, n_columns, last, lives)
         for i in range(n):
-            _shift(spread[:, i], a, n_states, n_columns, companion, lives)
+            _shift(spread[:, i], a, n_states, n_columns, last, lives)
         if lives:
             level, lags = n_states + HATS * a + HATS - 1, n_columns + a * n_lags
             for lane in range(LANES):
@@ -271,7 +271,7 @@ def _inject(knot, n_states, n_columns, companion, gains, roots, white, mean, spr
 
 @inline
 def _withdraw(
-    knot, n_states, n_columns, companion, gains, roots, white, noise, draws, slope, curvature, found, scratch
+    knot, n_states, n_columns, last, gains, roots, white, noise, draws, slope, curvature, found, scratch
 ):  # fmt: skip
     """The white coordinates of a knot, and what comes later by the state before it."""
     n_axes, n_knots, n_lags, _ = gains.shape
@@ -292,13 +292,13 @@ def _withdraw(
                 for m in range(n_lags):
                     for lane in range(LANES):
                         across[i, lane] += gains[a, knot, m, lane] * curvature[lags + m, i, lane]
-        _unshift(slope, a, n_states, n_columns, companion, lives)
+        _unshift(slope, a, n_states, n_columns, last, lives)
         if not draws:
             continue
         for i in range(n):
-            _unshift(curvature[i], a, n_states, n_columns, companion, lives)
+            _unshift(curvature[i], a, n_states, n_columns, last, lives)
         for i in range(n):
-            _unshift(curvature[:, i], a, n_states, n_columns, companion, lives)
+            _unshift(curvature[:, i], a, n_states, n_columns, last, lives)
         if not lives:
             continue
         for lane in range(LANES):
@@ -308,7 +308,7 @@ def _withdraw(
             scratch[1, 0, lane] = left
             scratch[1, 1, lane] = math.sqrt(left) * noise[a, knot, lane]
             found[a, knot, lane] += scratch[1, 1, lane]
-        _unshift(across, a, n_states, n_columns, companion, lives)
+        _unshift(across, a, n_states, n_columns, last, lives)
         for i in range(n):
             for lane in range(LANES):
                 slope[i, lane] -= across[i, lane] * scratch[1, 1, lane] / scratch[1, 0, lane]
@@ -318,9 +318,7 @@ def _withdraw(
 
 
 @jit
-def _smooth_group(
-    ends, rows, companion, gains, roots, residuals, white, noise, draws, order, firsts, determinant, found
-):
+def _smooth_group(ends, rows, last, gains, roots, residuals, white, noise, draws, order, firsts, determinant, found):
     n_pieces, n_states, n_columns, _ = ends.shape
     n_axes, n_knots, n_lags, _ = gains.shape
     n_rows, n = rows.shape[0], n_columns + n_axes * n_lags
@@ -331,7 +329,7 @@ def _smooth_group(
     for i in range(LANES):
         determinant[i] = 0.0
     for j in range(min(HATS, n_knots)):
-        _inject(j, n_states, n_columns, companion, gains, roots, white, mean, spread)
+        _inject(j, n_states, n_columns, last, gains, roots, white, mean, spread)
     for k in range(n_pieces):
         for row in range(firsts[k], firsts[k + 1]):
             _update(
@@ -339,12 +337,12 @@ def _smooth_group(
                 kept_variance[row], determinant,
             )  # fmt: skip
         _advance(ends[k], mean, spread, scratch)
-        _inject(k + HATS, n_states, n_columns, companion, gains, roots, white, mean, spread)
+        _inject(k + HATS, n_states, n_columns, last, gains, roots, white, mean, spread)
     # Back: `slope` is the gradient of the log density of what comes later by the state, `curvature` its information.
     slope, curvature = np.zeros((n, LANES)), np.zeros((n, n, LANES))
     for k in range(n_pieces - 1, -1, -1):
         _withdraw(
-            k + HATS, n_states, n_columns, companion, gains, roots, white, noise, draws, slope, curvature, found,
+            k + HATS, n_states, n_columns, last, gains, roots, white, noise, draws, slope, curvature, found,
             scratch,
         )  # fmt: skip
         _retreat(ends[k], slope, curvature, scratch, draws)
@@ -355,14 +353,14 @@ def _smooth_group(
             )  # fmt: skip
     for j in range(min(HATS, n_knots) - 1, -1, -1):
         _withdraw(
-            j, n_states, n_columns, companion, gains, roots, white, noise, draws, slope, curvature, found, scratch
+            j, n_states, n_columns, last, gains, roots, white, noise, draws, slope, curvature, found, scratch
         )  # fmt: skip
 
 
 @jit(threads=True)
-def _smooth(ends, rows, companion, gains, roots, residuals, white, noise, draws, order, firsts, determinants, found):
+def _smooth(ends, rows, last, gains, roots, residuals, white, noise, draws, order, firsts, determinants, found):
     for group in prange(ends.shape[0]):
         _smooth_group(
-            ends[group], rows[group], companion[group], gains[group], roots[group], residuals[group], white[group],
+            ends[group], rows[group], last[group], gains[group], roots[group], residuals[group], white[group],
             noise[group], draws, order, firsts, determinants[group], found[group],
         )  # fmt: skip
