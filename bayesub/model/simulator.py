@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
+from bayesub.kernels.kalman import HATS
 from bayesub.logs import log_files
 from bayesub.model import prescribed
 from bayesub.model.control_histories import ControlHistories, StageChanges
@@ -27,19 +28,19 @@ OF_MANOEUVRE = "of the manoeuvre"
 # States that move, by sub-problem.
 MOVING = {None: log_files.STATES, "horizontal": ("x", "y", "psi", "u", "v", "r")}
 MOVING |= {"vertical": ("x", "z", "theta", "u", "w", "q")}
-HATS = 3  # knots whose forces act in a piece: it begins with the first step after a knot, and ends a step late
 
 
 class Pieces(NamedTuple):
     """A motion between knots, linear in the state at the start of each piece and in the forces at its knots.
 
-    The columns are n_states of :data:`MOVING`, and then axis after axis the forces at the knot of the piece and at the
-    two after it.
+    A piece begins with the first step after a knot, so that it ends a step late and the forces of HATS knots act in it.
+    The columns are n_states of :data:`MOVING`, and then axis after axis the forces at these knots.
     """
 
     ends: np.ndarray  # (n_pieces, n_states, n_columns) derivatives of the state at the end
     outputs: np.ndarray  # (n_times, n_outputs, n_columns) derivatives of what is put out
-    numbers: np.ndarray  # (n_times,) of the pieces in which the outputs are
+    bounds: np.ndarray  # (n_pieces,) where they end, s
+    numbers: np.ndarray  # (n_times,) of the pieces in which the outputs are; what is at an end is before it
 
 
 @dataclass(eq=False, repr=False)
@@ -361,7 +362,8 @@ class Simulator:
             *flight, variations, slots, self.step, times, np.zeros(0), *columns,
             np.array(log_files.positions(*outputs)), restarts,
         )  # fmt: skip
-        numbers = np.searchsorted(restarts * self.step, times)  # an output at a restart is before it
+        bounds = restarts * self.step
+        numbers = np.minimum(np.searchsorted(bounds, times), len(bounds) - 1)
         ends = ends[:, :, log_files.positions(*states)].swapaxes(1, 2)
 
         def in_order(array, pieces):
@@ -374,7 +376,8 @@ class Simulator:
             )
             return np.concatenate(parts, axis=2)
 
-        return Pieces(in_order(ends, np.arange(len(ends))), in_order(derivatives.swapaxes(1, 2), numbers), numbers)
+        outputs_of = in_order(derivatives.swapaxes(1, 2), numbers)
+        return Pieces(in_order(ends, np.arange(len(ends))), outputs_of, bounds, numbers)
 
     def trajectory(self, xi: np.ndarray) -> Trajectory:
         """The motion of coefficient sets `xi` (n_batch, n_terms), all twelve states."""

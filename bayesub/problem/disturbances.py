@@ -3,24 +3,22 @@
 A force that the equations leave out is a stationary random process (:class:`bayesub.model.disturbance.Disturbance`)
 on each of some axes. It enters the simulation linear between knots. The forces at the knots are those whose broken line
 is nearest to the process in least squares, not the values of the process there: a broken line through these would lack
-the impulse of what happens in between, which is a third of all of it when knots are half a correlation time apart. With
-hat functions phi, their inner products M and the covariance k of the process, the forces have the covariance
+the impulse of what happens in between, which is a third of all of it when knots are half a correlation time apart. What
+the broken line lacks has no inner product with any hat.
 
-    M^-1 K M^-1,    K_ij = integral of phi_i(s) k(s - t) phi_j(t) ds dt,
-
-and what the broken line lacks has no inner product with any hat. They are written as sd times L(time) w, L the Cholesky
-factor of that matrix for a unit sd, with white coordinates w, which are the parameters: standard normal whatever the sd
-and the correlation time are, and independent. Where readings do not tell the forces, the posterior of w is the prior.
+The parameters are white coordinates w of these forces (:mod:`bayesub.problem.innovations`): standard normal whatever the
+sd and the correlation time are, and independent. Where readings do not tell the forces, the posterior of w is the prior.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from bayesub.io.errors import InputError
+from bayesub.kernels.kalman import Innovations, Pieces
 from bayesub.model.disturbance import (
     CURRENTS,
     DISTURBED,
@@ -30,10 +28,13 @@ from bayesub.model.disturbance import (
     by_time,
     check_axes,
     check_kind,
-    correlation,
 )
 from bayesub.model.vehicles import Vehicle
+from bayesub.problem import innovations
 from bayesub.problem.distributions import WHITE, Prior
+
+if TYPE_CHECKING:
+    from bayesub.problem.trial_problem import TrialProblem
 
 CORRELATION_TIME = "correlation_time_disturbance_s"
 CURRENT_TIME = "correlation_time_current_s"
@@ -41,10 +42,8 @@ _SD, _HISTORY = "sd_disturbance_", "disturbance_"
 KNOTS_A_TIME = 2.0  # knots in a correlation time, if no interval is given
 KNOTS_A_TIME_CURRENT = 5.0  # of a current, which bottom tracks read and do not integrate
 _WIDE = 0.99  # probability of sds below the one with which searches begin
-_FINE = 16  # points of an interval for the integrals
-_ROUND_OFF = 1e-12  # variance, far below any that matters; of a force that hardly changes the covariance is singular
-_TAILS = 1e-6  # probability of correlation times beyond the range in which L is tabulated, on each side
-_DEGREES, _TOLERANCE = (8, 12, 16, 24, 32, 48), 1e-6  # of polynomials of the logarithm of the time; error of L
+_TAILS = 1e-6  # probability of what is smaller than numbers that must be positive
+_STEP = 1e-5  # of differences by the logarithm of a correlation time
 
 
 def of_process(name: str) -> bool:
@@ -218,11 +217,6 @@ class Disturbances:
         """Positions of those axes that are among the given ones."""
         return [k for k, axis in enumerate(self.unknown.axes) if axis in axes]
 
-    @cached_property
-    def _factors(self) -> list[tuple[str, "_Factor", list[int]]]:
-        """Name of each correlation time, L for it, and the positions of its axes."""
-        return [(name, _Factor(self.knots, kind, time), members) for name, time, members, kind in self.unknown.groups]
-
     def process(self, values: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Sds (n_batch, n_axes), N, N m, m/s, and times (n_batch,), s, of values (n_batch, n) that begin as its own."""
         own, n = dict(zip(self.processes, values.T, strict=False)), len(values)
@@ -237,98 +231,55 @@ class Disturbances:
         white = values[:, len(self.processes) :].reshape(len(values), len(self.unknown.axes), -1)
         return *self.process(values), white
 
+    def innovations(self, values: np.ndarray) -> Innovations:
+        """The forces in innovations form, N, N m and m/s, of values (n_batch, n) that begin as its own."""
+        sds, times = self.process(values)
+        n_knots, n_lags = len(self.knots.times), max(innovations.lags(kind) for *_, kind in self.unknown.groups)
+        last, gains = np.empty((*sds.shape, n_lags)), np.empty((*sds.shape, n_knots, n_lags))
+        roots = np.empty((*sds.shape, n_knots))
+        for name, _, members, kind in self.unknown.groups:
+            different, places = np.unique(times[name], return_inverse=True)
+            unit = innovations.innovations(kind, self.knots.interval, n_knots, different, n_lags)
+            for whole, part in zip((last, gains, roots), unit, strict=True):
+                whole[:, members] = part[places][:, None]
+        return Innovations(last, gains * sds[:, :, None, None], roots * sds[:, :, None])
+
     def forces(self, values: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) at the knots, N, N m and m/s, of own parameters (n_batch, n_own)."""
-        sds, times, white = self._parts(values)
-        rows = np.empty_like(white)
-        for name, factor, members in self._factors:
-            rows[:, members] = factor.rows(white[:, members], factor.weights(times[name]))
-        return sds[:, :, None] * rows
+        *_, white = self._parts(values)
+        return innovations.forces(*self.innovations(values), white)
 
-    def factors(self, process: np.ndarray) -> np.ndarray:
-        """(n_batch, n_axes, n_knots, n_knots) lower triangular; forces are they times w. Of (n_batch, n_process)."""
-        sds, times = self.process(process)
-        n_knots = len(self.knots.times)
-        factors = np.empty((*sds.shape, n_knots, n_knots))
-        for name, factor, members in self._factors:
-            unit = np.tensordot(factor.weights(times[name]), factor.table, axes=1)
-            factors[:, members] = sds[:, members, None, None] * unit[:, None]
-        return factors
+    def white(self, values: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """White coordinates (n_batch, n_axes, n_knots) of forces of that shape, of values that begin as its own."""
+        return innovations.white(*self.innovations(values), forces)
 
     def nearest(self, values: np.ndarray, forces: ForceHistory) -> np.ndarray:
         """Own parameters (n_own,) with those white coordinates whose forces are nearest to given ones."""
-        values, n = np.array(values), len(self.processes)
-        (factors,) = self.factors(values[None, :n])
-        projection = self.knots.projected(forces).T  # (n_axes, n_knots)
-        values[n:] = np.concatenate([np.linalg.solve(f, at) for f, at in zip(factors, projection, strict=True)])
+        values = np.array(values)
+        values[len(self.processes) :] = self.white(values[None], self.knots.projected(forces).T[None]).ravel()
         return values
 
+    def factor(self, values: np.ndarray) -> np.ndarray:
+        """(n_axes, n_knots, n_knots) lower triangular: the forces of a member (1, n) are it times w."""
+        n = len(self.knots.times)
+        unit = np.broadcast_to(np.eye(n)[:, None], (n, len(self.unknown.axes), n))
+        return np.moveaxis(innovations.forces(*self.innovations(values).repeated(n), np.ascontiguousarray(unit)), 0, 2)
+
     def slopes(self, values: np.ndarray) -> np.ndarray:
-        """(n_axes, n_knots, n_own) derivatives of the histories of one member (1, n_own) by its parameters."""
-        sds, times, white = self._parts(values)
-        n_axes, n_knots = white.shape[1:]
-        names = list(self.processes)
-        slopes = np.zeros((n_axes, n_knots, len(names) + n_axes * n_knots))
-        scales = force_scales(self.vehicle, self.unknown.axes)
-        for name, factor, members in self._factors:
-            unit = np.einsum("j,jkl->kl", factor.weights(times[name])[0], factor.table)
-            if name in names:
-                rows = factor.rows(white[:, members], factor.weights(times[name], slope=True))[0]
-                slopes[members, :, names.index(name)] = sds[0, members, None] * rows
-            for a in members:
-                sd = f"{_SD}{self.unknown.axes[a]}"
-                if sd in names:
-                    slopes[a, :, names.index(sd)] = scales[a] * unit @ white[0, a]
-                first = len(names) + a * n_knots
-                slopes[a, :, first : first + n_knots] = sds[0, a] * unit
+        """(n_process, n_axes, n_knots) derivatives of the histories of one member (1, n_own) by the process."""
+        sds, _, white = self._parts(values)
+        slopes = np.zeros((len(self.processes), *white.shape[1:]))
+        forces, scales = self.forces(values)[0], force_scales(self.vehicle, self.unknown.axes)
+        for k, name in enumerate(self.processes):
+            if name.startswith(_SD):
+                a = self.unknown.axes.index(name.removeprefix(_SD))
+                slopes[k, a] = forces[a] * scales[a] / sds[0, a]
+                continue
+            sides = np.repeat(values, 2, axis=0)
+            sides[:, k] *= np.exp([_STEP, -_STEP])
+            plus, minus = self.forces(sides)
+            slopes[k] = (plus - minus) / (2.0 * _STEP * values[0, k])
         return slopes
-
-
-class _Factor:
-    """L for a correlation time, or for any that a prior of it allows: a table of polynomials in the logarithm of time.
-
-    Attributes
-    ----------
-    table : (n_nodes, n_knots, n_knots) coefficients of Chebyshev polynomials
-    """
-
-    def __init__(self, knots: Knots, kind: str, time: float | Prior):
-        if not isinstance(time, Prior):
-            self.table, self._middle, self._half = projected_factor(knots, kind, time)[None], np.log(time), 1.0
-            return
-        first, last = (np.log(time.quantiles(p)[0]) for p in (_TAILS, 1.0 - _TAILS))
-        self._middle, self._half = 0.5 * (first + last), 0.5 * (last - first)
-
-        def at(x):
-            return projected_factor(knots, kind, np.exp(self._middle + self._half * x))
-
-        for degree in _DEGREES:
-            nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-            factors = np.array([at(x) for x in nodes])
-            table = np.linalg.solve(chebyshev.chebvander(nodes, degree), factors.reshape(degree + 1, -1))
-            self.table, error = table.reshape(factors.shape), 0.0
-            for x in (-0.99, -0.7, 0.1, 0.8, 0.97):
-                error = max(error, np.abs(chebyshev.chebvander(x, degree) @ table - at(x).ravel()).max())
-            if error < _TOLERANCE:
-                break
-
-    def weights(self, times: np.ndarray, slope: bool = False) -> np.ndarray:
-        """(n_batch, n_nodes) of the table for L at times (n_batch,), or for its derivative by the time."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            x = np.clip(np.nan_to_num((np.log(times) - self._middle) / self._half, nan=-1.0), -1.0, 1.0)
-        if not slope:
-            return chebyshev.chebvander(x, len(self.table) - 1)
-        units = np.eye(len(self.table))
-        by_x = np.stack([chebyshev.chebval(x, chebyshev.chebder(unit)) for unit in units], axis=1)
-        return by_x / (self._half * times)[:, None]
-
-    def rows(self, white: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """(n_batch, n_axes, n_knots) L w."""
-        if len(self.table) == 1:
-            return white @ self.table[0].T
-        n_batch, n_axes, n = white.shape
-        products = white.reshape(-1, n) @ self.table.transpose(2, 0, 1).reshape(n, -1)
-        return np.einsum("bj,bajk->bak", weights, products.reshape(n_batch, n_axes, len(self.table), n))
 
 
 @dataclass(frozen=True)
@@ -337,41 +288,41 @@ class History:
 
     Attributes
     ----------
-    rows : of the residuals, those that the forces move
+    rows : of the residuals, those of the trial
     columns : (n_white,) positions of the white coordinates among the parameters, axis after axis
     process : (n_process,) positions of the parameters of the process
+    trial : whose readings the forces move
+    places : positions of its parameters among all
     """
 
     rows: slice
     columns: np.ndarray
     process: np.ndarray
-    disturbances: Disturbances
+    trial: "TrialProblem"
+    places: np.ndarray
+
+    @property
+    def disturbances(self) -> Disturbances:
+        """The histories of the trial."""
+        return self.trial.forward.disturbances
 
     @property
     def wide_process(self) -> np.ndarray:
         """(n_process,) values for searches, as :attr:`Disturbances.wide_process`."""
         return np.array(list(self.disturbances.wide_process.values()))
 
-    def factors(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_axes, n_knots, n_knots) L times sd at parameters (n_batch, n_params): forces are they times w."""
-        return self.disturbances.factors(parameters[:, self.process])
+    def innovations(self, parameters: np.ndarray) -> Innovations:
+        """The forces in innovations form of parameters (n_batch, n_params)."""
+        return self.disturbances.innovations(parameters[:, self.process])
 
+    def forces(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) of parameters (n_batch, n_params)."""
+        return self.disturbances.forces(parameters[:, np.concatenate([self.process, self.columns])])
 
-def projected_factor(knots: Knots, kind: str, time: float) -> np.ndarray:
-    """(n_knots, n_knots) Cholesky factor of the covariance of the projection on hats of a process of unit sd."""
-    n, interval = len(knots.times) - 1, knots.interval
-    places = (np.arange(_FINE) + 0.5) / _FINE  # midpoints in an interval
-    ramps = np.stack([1.0 - places, places])  # of the hats before and after an interval
-    lags = np.abs(_FINE * np.arange(n)[:, None, None] + np.arange(_FINE) - np.arange(_FINE)[:, None])
-    correlations = correlation(kind, lags * (interval / _FINE / time))
-    products = np.einsum("as,dst,bt->dab", ramps, correlations, ramps)  # of ramps that are d intervals apart
-    later = np.arange(n) - np.arange(n)[:, None]
-    blocks = products[np.abs(later)]
-    blocks = np.where((later >= 0)[..., None, None], blocks, blocks.swapaxes(2, 3))
-    covariance, gram = np.zeros((2, n + 1, n + 1))
-    for first in (0, 1):
-        for second in (0, 1):
-            covariance[first : n + first, second : n + second] += blocks[..., first, second]
-            gram[first : n + first, second : n + second] += ramps[first] @ ramps[second] * np.eye(n)
-    covariance = np.linalg.solve(gram, np.linalg.solve(gram, covariance).T)
-    return np.linalg.cholesky(covariance + _ROUND_OFF * np.eye(n + 1))
+    def white(self, parameters: np.ndarray, forces: np.ndarray) -> np.ndarray:
+        """White coordinates (n_batch, n_white) of forces (n_batch, n_axes, n_knots), by the process of parameters."""
+        return self.disturbances.white(parameters[:, self.process], forces).reshape(len(forces), -1)
+
+    def response(self, parameters: np.ndarray) -> Pieces:
+        """How the residuals of the trial follow the forces, at parameters (n_params,)."""
+        return self.trial.response(parameters[self.places])

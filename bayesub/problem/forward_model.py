@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from bayesub.kernels.kalman import HATS
 from bayesub.logs import log_files
 from bayesub.model.dense_output import DenseOutput
 from bayesub.model.disturbance import CURRENTS as WATER
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.equations import AXES
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.simulator import STATUS, Simulator
+from bayesub.model.simulator import STATUS, Pieces, Simulator
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.base import Costs
@@ -104,7 +105,7 @@ class Currents:
         water: Water | None,
         arms: Arms,
     ) -> np.ndarray:
-        """(n_readings, n_nuisances) derivatives of one member's readings by the parameters of the current.
+        """(n_readings, n_nuisances) derivatives of one member's readings by the parameters of a constant current.
 
         Outputs are (n_times, n_measured), values (1, n_nuisances), and times (n_times,), s, if not those of all; water
         and arms are as of :meth:`bayesub.sensors.measurement.MeasurementModel.slopes`.
@@ -116,12 +117,42 @@ class Currents:
             by_steady = measurement.current_slopes(outputs, steady, water, arms)
             for k, towards in columns:
                 slopes[:, k] += by_steady[:, towards, 0]
-        if self._knots is not None:
-            weights = self._weights if times is None else self._at(times)
-            by_knots = measurement.current_slopes(outputs, weights, water, arms)[:, self._towards]
-            histories = self._disturbances.slopes(values[:, self._histories])[self._disturbances.members(WATER)]
-            slopes[:, self._histories] += by_knots.reshape(len(slopes), -1) @ histories.reshape(-1, histories.shape[-1])
         return slopes
+
+
+    def pieces(
+        self,
+        measurement: MeasurementModel,
+        outputs: np.ndarray,
+        values: np.ndarray,
+        times: np.ndarray,
+        numbers: np.ndarray,
+        bounds: np.ndarray,
+        arms: Arms,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The current between knots, as :meth:`ForwardModel.pieces` has it, of one member.
+
+        Derivatives of the readings (n_readings, n_towards, 1 + HATS) and of the displacement at the end of each piece
+        (n_pieces, n_towards, 1 + HATS), by the displacement at its start and by the currents at its knots. Outputs are
+        (n_times, n_measured), times (n_times,), s, of pieces with these numbers; those end at the bounds (n_pieces,).
+        """
+        ends = np.concatenate([[0.0], bounds])
+        knots = np.arange(len(bounds))[:, None] + np.arange(HATS)
+
+        def local(weights, numbers):
+            """(n, HATS) of weights (n, n_knots), of the knots of pieces (n,)."""
+            padded = np.pad(weights, ((0, 0), (0, HATS)))
+            return np.take_along_axis(padded, knots[numbers], axis=1)
+
+        whole, every = self._knots.integration(ends), np.arange(len(bounds))
+        since = local(self._knots.integration(times), numbers) - local(whole[numbers], numbers)
+        velocity = local(self._knots.interpolation(times), numbers)
+        one, none = np.ones((len(times), 1)), np.zeros((len(times), 1))
+        weights = Water(np.hstack([none, velocity]), np.hstack([one, since]))
+        water = self.water(values, times[None])
+        rows = measurement.current_slopes(outputs, weights, None if water is None else water.member(0), arms)
+        moved = np.hstack([np.ones((len(bounds), 1)), local(whole[1:], every) - local(whole[:-1], every)])
+        return rows[:, self._towards], np.repeat(moved[:, None], len(self._towards), axis=1)
 
 
 Given = dict[str, Any]  # arrays or None: what members have of their own, arguments of Simulator.run
@@ -177,6 +208,13 @@ class ReadingTimes:
         rows = self._dense.at(times, pieces, looked, looks.reshape(1, len(looks), -1))
         return rows.reshape(-1, *looks.shape[1:])
 
+    def pieces(self, sets: np.ndarray, times: np.ndarray, given: Given) -> Pieces:
+        """The motion of one member between the knots, its outputs at times (n_times,)."""
+        member = {key: None if rows is None else rows[0] for key, rows in given.items()}
+        ascending, places = np.unique(np.clip(times, 0.0, self._simulator.times[-1]), return_inverse=True)
+        pieces = self._simulator.pieces(sets[0], self._measurement.measured, **member, times=ascending)
+        return pieces._replace(outputs=pieces.outputs[places], numbers=pieces.numbers[places])
+
     def of_trajectory(self, trajectory: Trajectory, times: np.ndarray | None) -> np.ndarray:
         """(1, n_times, n_measured) outputs of a trajectory of one member."""
         if times is None:
@@ -206,6 +244,7 @@ class ForwardModel:
     mounting : how those of them act that are clocks and places of instruments
     currents : how the water moves
     disturbances : how those act that make a history of forces, or None
+    others : positions of the nuisance parameters that do not
     costs : the counter that all problems on this model share
     """
 
@@ -229,11 +268,12 @@ class ForwardModel:
         self.nuisances = Nuisances(tuple(parameters), vehicle.restricted(manoeuvre.subproblem), manoeuvre)
         self._biases, self._scales = (self.nuisances.on_readings(of, record.channels) for of in ON_READINGS)
         self.disturbances: Any = disturbances
-        self._histories = slice(0, 0)
+        self._histories, self.others = slice(0, 0), np.arange(len(self.nuisances))
         knots = None
         if disturbances is not None:
             first = self.nuisances.names.index(next(iter(disturbances.priors)))
             self._histories = slice(first, first + len(disturbances.priors))
+            self.others = np.delete(self.others, self._histories)
             knots = disturbances.knots.part(AXES)
         times, varied = np.unique(self.measurement.times), self.nuisances.varied
         self.simulator = Simulator(vehicle, manoeuvre, times, dt=dt, varied=varied, knots=knots)
@@ -325,9 +365,9 @@ class ForwardModel:
 
         Returns
         -------
-        (n_readings, n_coefficients), followed by n_nuisances columns if asked
+        (n_readings, n_coefficients), followed if asked by a column for each nuisance parameter that is not of a history
         """
-        moved, effects = self._on_motion(values) if of_nuisances else ((), None)
+        moved, effects = self.nuisances.on_motion() if of_nuisances else ((), None)
         times, given, currents = self._readings.times(values), self._given(values), self.currents
         water = currents.water(values, times)
         water = None if water is None else water.member(0)
@@ -342,7 +382,7 @@ class ForwardModel:
         at: Any = None if times is None else times[0]
         by_nuisances = currents.slopes(self.measurement, outputs, values, at, water, arms)
         if moved:
-            by_nuisances += slopes[:, len(names) :] @ effects
+            by_nuisances[:, self.others] += slopes[:, len(names) :] @ effects[:, self.others]
         if arms:
             by_arm = self.measurement.arm_slopes(outputs, water, arms)
             self.mounting.add_by_place(by_nuisances, self.measurement, by_arm)
@@ -350,30 +390,68 @@ class ForwardModel:
             rates, by_time = self._readings.rates(sets, times, given), currents.rates(values, at)
             late = self.measurement.time_slopes(rates, outputs, water, by_time, arms)
             self.mounting.add_by_clock(by_nuisances, self.measurement, late)
-        slopes = self._scaled(np.hstack([slopes[:, : len(names)], by_nuisances]), values)
+        self._scaled(by_nuisances, values)
         for channel, k, _ in self._scales:
             part = self.measurement.slices[channel]
-            slopes[part, len(names) + k] += self.measurement.of(outputs[None], water, arms)[0, part]
+            by_nuisances[part, k] += self.measurement.of(outputs[None], water, arms)[0, part]
         for channel, k, factor in self._biases:
-            slopes[self.measurement.slices[channel], len(names) + k] += factor
-        return slopes
+            by_nuisances[self.measurement.slices[channel], k] += factor
+        return np.hstack([self._scaled(slopes[:, : len(names)], values), by_nuisances[:, self.others]])
+
+    def pieces(self, sets: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The readings of one member between the knots, linear in the state at the start of a piece and in its forces.
+
+        Sets are (1, n_terms) and values (1, n_nuisances). States are those of the motion, and how far the water has
+        moved in each direction in which a current varies; the columns are n_states, and axis after axis the forces at
+        HATS knots.
+
+        Returns
+        -------
+        ends : (n_pieces, n_states, n_columns) derivatives of the state at the end of a piece
+        rows : (n_readings, n_columns) derivatives of the readings, SI units
+        numbers : (n_readings,) of the pieces in which these are
+        """
+        own, given = self._readings.times(values), self._given(values)
+        times = self.measurement.times if own is None else own[0]
+        knots, axes = self.disturbances.knots, self.disturbances.unknown.axes
+        arms = {instrument: arm for instrument, (arm,) in self.mounting.arms(values).items()}
+        water = self.currents.water(values, own)
+        outputs = self._readings.outputs(sets, own, given)[0][0]
+        towards = [k for k, axis in enumerate(axes) if axis in WATER]
+        forces, n_moved = [k for k, axis in enumerate(axes) if axis in AXES], 0
+        with self.costs.timed():
+            if forces:
+                pieces = self._readings.pieces(sets, times, given)
+                bounds, numbers, n_moved = pieces.bounds, pieces.numbers, pieces.ends.shape[1]
+            else:
+                bounds = knots.times[1:]
+                numbers = np.minimum(np.searchsorted(bounds, times), len(bounds) - 1)
+        n_states = n_moved + len(towards)
+        n_columns = n_states + HATS * len(axes)
+        ends, rows = np.zeros((len(bounds), n_states, n_columns)), np.zeros((self.measurement.n_readings, n_columns))
+
+        def columns(of):
+            return np.concatenate([n_states + HATS * k + np.arange(HATS) for k in of])
+
+        if forces:
+            own_columns = np.concatenate([np.arange(n_moved), columns(forces)])
+            ends[:, :n_moved, own_columns] = pieces.ends
+            member = None if water is None else water.member(0)
+            rows[:, own_columns] = self.measurement.slopes(pieces.outputs, outputs, member, arms)
+        if towards:
+            by_current, moved = self.currents.pieces(
+                self.measurement, outputs, values, times, numbers, bounds, arms
+            )
+            for n, k in enumerate(towards):
+                of_one = np.concatenate([[n_moved + n], columns([k])])
+                ends[:, n_moved + n, of_one], rows[:, of_one] = moved[:, n], by_current[:, n]
+        return ends, self._scaled(rows, values), numbers[self.measurement.places]
 
     def _scaled(self, slopes, values):
         """Slopes (n_readings, n) of unscaled readings, made those of the readings of values (1, n_nuisances)."""
         for channel, k, _ in self._scales:
             slopes[self.measurement.slices[channel]] *= values[0, k]
         return slopes
-
-    def _on_motion(self, values):
-        """What the nuisance parameters move in the simulator, forces at knots included, and by how much a unit."""
-        moved, effects = self.nuisances.on_motion()
-        if self.simulator.knots is None:
-            return moved, effects
-        parameters = self.simulator.knots.parameters
-        of_forces = np.zeros((len(parameters), len(self.nuisances)))
-        slopes = self.disturbances.slopes(values[:, self._histories])[self.disturbances.members(AXES)]
-        of_forces[:, self._histories] = slopes.reshape(-1, slopes.shape[-1])
-        return (*moved, *parameters), np.vstack([effects, of_forces])
 
     def states(self, sets: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings."""

@@ -15,11 +15,10 @@ where T moves predictions up by one, and predicts the last by the autoregression
 the recursion of Faurre). So w is as long as c, and c is stationary from its first knot on.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from bayesub.kernels.jit import jit
+from bayesub.kernels.jit import inline, jit
+from bayesub.kernels.kalman import Innovations
 from bayesub.model.disturbance import correlation
 
 _POLE = np.sqrt(3.0) - 2.0  # of the inverse of the Gram matrix
@@ -28,43 +27,43 @@ _SMOOTHNESS = {"ornstein_uhlenbeck": 1, "matern_3_2": 2}  # order of the autoreg
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
-class Innovations(NamedTuple):
-    """Sequences in innovations form, of members and axes; forces are in units of their sd."""
-
-    last: np.ndarray  # (.., n_lags) weights of p_j in the last entry of T p_j
-    gains: np.ndarray  # (.., n_knots, n_lags)
-    roots: np.ndarray  # (.., n_knots)
+def lags(kind: str) -> int:
+    """How many predictions the sequences of a process need."""
+    return _SMOOTHNESS[kind] + 2
 
 
-def innovations(kind: str, interval: float, n_knots: int, times: np.ndarray) -> Innovations:
-    """The sequences of unit sd for correlation times (n,), s, at knots `interval` apart."""
-    order = _SMOOTHNESS[kind]
-    n_lags = order + 2
+def innovations(kind: str, interval: float, n_knots: int, times: np.ndarray, n_lags: int | None = None) -> Innovations:
+    """The sequences (n,) of unit sd for correlation times (n,), s, at knots `interval` apart; more lags change nothing.
+
+    Their parts have no place for axes.
+    """
+    order, n_terms = _SMOOTHNESS[kind], lags(kind)
+    n_lags = n_terms if n_lags is None else n_lags
     decay = np.exp(-interval / times * (1.0 if order == 1 else np.sqrt(3.0)))
     # Autocorrelations of means under hats: integrals over the hats' own, a cubic spline.
     pieces = np.arange(-2, 2)[:, None] + 0.5 + 0.5 * _NODES
     size = np.abs(pieces)
     spline = np.where(size < 1.0, 2.0 / 3.0 - size**2 + 0.5 * size**3, (2.0 - size) ** 3 / 6.0)
-    lags = np.arange(n_lags)[:, None, None] + pieces
+    apart = np.arange(n_terms)[:, None, None] + pieces
     of_means = np.einsum(
         "ij,ndij->nd",
         0.5 * _WEIGHTS * spline,
-        correlation(kind, np.abs(lags) * (interval / times)[:, None, None, None]),
+        correlation(kind, np.abs(apart) * (interval / times)[:, None, None, None]),
     )
     # The terms of gamma at lags from zero, and what g g makes of them.
     lag = np.arange(n_lags + 2)
     powers = np.stack([decay[:, None] ** lag, np.broadcast_to(_POLE**lag, (len(times), len(lag)))], axis=-1)
     terms = [powers[..., 0], powers[..., 1], lag * powers[..., 1], *([lag * powers[..., 0]] * (order == 2))]
-    terms = np.stack(terms, axis=-1)  # (n, n_lags + 2, n_lags)
+    terms = np.stack(terms, axis=-1)  # (n, n_lags + 2, n_terms)
     square = np.convolve(_GRAM, _GRAM)
     equations = sum(
-        weight * terms[:, np.abs(np.arange(n_lags) + shift)] for shift, weight in zip(range(-2, 3), square, strict=True)
+        weight * terms[:, np.abs(np.arange(n_terms) + shift)] for shift, weight in zip(range(-2, 3), square, strict=True)
     )
     gamma = np.einsum("ndt,nt->nd", terms, np.linalg.solve(equations, of_means[..., None])[..., 0])
     # (1 - a B)^order (1 - b B)^2, whose coefficients predict.
-    last = np.empty((len(times), n_lags))
+    last = np.zeros((len(times), n_lags))
     for k, a in enumerate(decay):
-        last[k] = -np.poly([a] * order + [_POLE] * 2)[:0:-1]
+        last[k, n_lags - n_terms :] = -np.poly([a] * order + [_POLE] * 2)[:0:-1]
     gains, roots = np.empty((len(times), n_knots, n_lags)), np.empty((len(times), n_knots))
     _recursion(last, np.ascontiguousarray(gamma[:, : n_lags + 1]), gains, roots)
     return Innovations(last, gains, roots)
@@ -109,35 +108,38 @@ def _recursion(last, gamma, gains, roots):
 
 @jit
 def forces(last: np.ndarray, gains: np.ndarray, roots: np.ndarray, white: np.ndarray) -> np.ndarray:
-    """(n, n_knots) c of sequences and white coordinates (n, n_knots)."""
-    n, n_knots, n_lags = gains.shape
-    result, ahead = np.empty((n, n_knots)), np.empty(n_lags)
-    for m in range(n):
-        ahead[:] = 0.0
-        for j in range(n_knots):
-            result[m, j] = ahead[0] + roots[m, j] * white[m, j]
-            predicted = 0.0
-            for i in range(n_lags):
-                predicted += last[m, i] * ahead[i]
-            for i in range(n_lags - 1):
-                ahead[i] = ahead[i + 1] + gains[m, j, i] * white[m, j]
-            ahead[n_lags - 1] = predicted + gains[m, j, n_lags - 1] * white[m, j]
+    """(n_batch, n_axes, n_knots) c of the innovations of a batch and white coordinates of that shape."""
+    n_batch, n_axes, n_knots, n_lags = gains.shape
+    result, ahead = np.empty((n_batch, n_axes, n_knots)), np.empty(n_lags)
+    for m in range(n_batch):
+        for a in range(n_axes):
+            ahead[:] = 0.0
+            for j in range(n_knots):
+                result[m, a, j] = ahead[0] + roots[m, a, j] * white[m, a, j]
+                _step(last[m, a], gains[m, a, j], white[m, a, j], ahead)
     return result
 
 
 @jit
 def white(last: np.ndarray, gains: np.ndarray, roots: np.ndarray, of_forces: np.ndarray) -> np.ndarray:
-    """(n, n_knots) white coordinates of sequences and their c (n, n_knots): the inverse of :func:`forces`."""
-    n, n_knots, n_lags = gains.shape
-    result, ahead = np.empty((n, n_knots)), np.empty(n_lags)
-    for m in range(n):
-        ahead[:] = 0.0
-        for j in range(n_knots):
-            result[m, j] = (of_forces[m, j] - ahead[0]) / roots[m, j]
-            predicted = 0.0
-            for i in range(n_lags):
-                predicted += last[m, i] * ahead[i]
-            for i in range(n_lags - 1):
-                ahead[i] = ahead[i + 1] + gains[m, j, i] * result[m, j]
-            ahead[n_lags - 1] = predicted + gains[m, j, n_lags - 1] * result[m, j]
+    """White coordinates (n_batch, n_axes, n_knots) of c of that shape: the inverse of :func:`forces`."""
+    n_batch, n_axes, n_knots, n_lags = gains.shape
+    result, ahead = np.empty((n_batch, n_axes, n_knots)), np.empty(n_lags)
+    for m in range(n_batch):
+        for a in range(n_axes):
+            ahead[:] = 0.0
+            for j in range(n_knots):
+                result[m, a, j] = (of_forces[m, a, j] - ahead[0]) / roots[m, a, j]
+                _step(last[m, a], gains[m, a, j], result[m, a, j], ahead)
     return result
+
+
+@inline
+def _step(last, gain, shock, ahead):
+    """Predictions at the next knot, in place."""
+    n_lags, predicted = len(ahead), 0.0
+    for i in range(n_lags):
+        predicted += last[i] * ahead[i]
+    for i in range(n_lags - 1):
+        ahead[i] = ahead[i + 1] + gain[i] * shock
+    ahead[n_lags - 1] = predicted + gain[n_lags - 1] * shock

@@ -107,6 +107,7 @@ class JointProblem(PosteriorDensity):
                 rows=_moved(history.rows, self._firsts[name]),
                 columns=self._places[name][history.columns],
                 process=self._places[name][history.process],
+                places=self._places[name],
             )
             for name, problem in self.problems.items()
             for history in problem.histories
@@ -135,6 +136,15 @@ class JointProblem(PosteriorDensity):
             block = problem.jacobian(values)
             blocks.append(np.zeros((len(block), self.n_params)))
             blocks[-1][:, self._places[trial]] = block
+        return np.concatenate(blocks)
+
+    def jacobian_of_others(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_rows, n_others), trial after trial."""
+        blocks = []
+        for trial, problem, values in self.each_trial(parameters):
+            block = problem.jacobian_of_others(values)
+            blocks.append(np.zeros((len(block), len(self.others))))
+            blocks[-1][:, np.searchsorted(self.others, self._places[trial][problem.others])] = block
         return np.concatenate(blocks)
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:

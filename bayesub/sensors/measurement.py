@@ -65,6 +65,7 @@ class MeasurementModel:
     measured : short names of the states and accelerations that the readings depend on, n_measured of them
     slices : where each channel stands among the readings
     n_readings : number of readings of all channels
+    places : (n_readings,) where the time of each stands among the times
     displaced : whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes
     """
 
@@ -76,7 +77,7 @@ class MeasurementModel:
         lengths = [len(channel.times) for channel in channels]
         ends = np.cumsum(lengths)
         self.slices = [slice(end - n, end) for n, end in zip(lengths, ends, strict=True)]
-        self.n_readings = int(ends[-1])
+        self.n_readings, self.places = int(ends[-1]), np.concatenate(rows)
         away = [any(c.lever_arm_m) or c.instrument in moved for c in channels]
         displaced_here = [far and c.state in TURNING for far, c in zip(away, channels, strict=True)]
         self.displaced = any(displaced_here) or any(c.state in velocity.QUANTITIES for c in channels)

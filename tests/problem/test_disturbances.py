@@ -5,9 +5,11 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.model.disturbance import Disturbance, Knots
-from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, of_history, of_process, projected_factor
+from bayesub.model.disturbance import Disturbance, Knots, correlation
+from bayesub.problem import innovations
+from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, of_history, of_process
 from bayesub.problem.joint import JointProblem
+from bayesub.problem.likelihoods import AR1
 
 AXES = ("X", "N")
 FREE = ("Xuu", "Yuv", "Nuv", "Nuu_dr")
@@ -44,31 +46,60 @@ def problem(boat):
 
 @pytest.mark.parametrize("kind", ["ornstein_uhlenbeck", "matern_3_2"])
 def test_forces_at_knots_are_projections_of_the_process(kind):
-    """Sampled finely and projected on hats by least squares, histories have the covariance of the prior."""
-    knots, time, n = Knots(np.linspace(0.0, 30.0, 7), ("Y",)), 8.0, 4000
-    fine = np.linspace(0.0, 30.0, 481)
+    """Sampled finely and projected on hats by least squares, histories have the covariance of the prior.
+
+    Where the process has gone on for some time, and goes on: there is no more to a projection at its ends.
+    """
+    knots, time, n = Knots(np.linspace(0.0, 90.0, 19), ("Y",)), 8.0, 4000
+    fine = np.linspace(0.0, 90.0, 1441)
     process = Disturbance(("Y",), np.ones(1), time, kind)
     rng = np.random.default_rng(3)
     histories = np.array([process.sample(fine, rng).values[:, 0] for _ in range(n)])
-    hats = np.zeros((len(fine), 7))
-    rows, places, weights = knots.hats(fine)
-    hats[rows, places] = weights
-    found = np.linalg.lstsq(hats, histories.T)[0]
-    factor = projected_factor(knots, kind, time)
+    found = np.linalg.lstsq(knots.interpolation(fine), histories.T)[0][6:13]
+    factor = factor_of(kind, knots.interval, 7, time)
     standard = np.linalg.solve(factor, found)
     covariance = standard @ standard.T / n
     # Standard errors of the entries are 1/sqrt(n), on the diagonal sqrt(2) times as much; 28 entries.
     assert np.abs(covariance - np.eye(7)).max() < 4.0 * np.sqrt(2.0 / n) + 0.02
 
 
-def test_the_factor_between_nodes_is_that_of_the_time(problem):
-    """Tabulated for unknown correlation times, it is what these have by themselves."""
-    disturbances = problem.forward.disturbances
-    for time in (12.0, 33.0, 61.0, 230.0):
-        values = np.array([[1e-4, 2e-4, time]])
-        exact = projected_factor(disturbances.knots, "ornstein_uhlenbeck", time)
-        factors = disturbances.factors(values)[0]
-        np.testing.assert_allclose(factors[1] / factors[1, 0, 0], exact / exact[0, 0], atol=5e-6)
+def factor_of(kind, interval, n, time, n_lags=None):
+    """(n, n) lower triangular: forces are it times white coordinates."""
+    sequences = innovations.innovations(kind, interval, n, np.array([time]), n_lags)
+    unit = [np.repeat(part[:, None], n, axis=0) for part in sequences]
+    return innovations.forces(*unit, np.eye(n)[:, None])[:, 0].T
+
+
+def projected_covariance(kind, interval, n, time, fine=24, beyond=20):
+    """The covariance of the forces at knots in the middle of a long process, by quadrature over its hats."""
+    times = np.linspace(0.0, (n + 2 * beyond - 1) * interval, (n + 2 * beyond - 1) * fine + 1)
+    hats = np.maximum(0.0, 1.0 - np.abs(times[:, None] / interval - np.arange(n + 2 * beyond)))
+    lags = np.abs(times[:, None] - times)
+    covariance = correlation(kind, lags / time)
+    weights = np.full(len(times), 1.0)
+    weights[[0, -1]] = 0.5
+    means = hats.T * weights @ covariance @ (hats * weights[:, None])
+    inverse = np.linalg.inv(hats.T * weights @ hats)
+    return (inverse @ means @ inverse)[beyond : beyond + n, beyond : beyond + n]
+
+
+@pytest.mark.parametrize("kind", ["ornstein_uhlenbeck", "matern_3_2"])
+@pytest.mark.parametrize("time", [0.8, 4.0, 60.0])
+def test_the_covariance_is_that_of_the_projection(kind, time):
+    """From the closed form, against sums over a process that goes on before and after; more lags change nothing."""
+    factor = factor_of(kind, 2.0, 9, time)
+    expected = projected_covariance(kind, 2.0, 9, time)
+    np.testing.assert_allclose(factor @ factor.T, expected, atol=4e-3)
+    np.testing.assert_allclose(factor_of(kind, 2.0, 9, time, 6), factor, atol=1e-9)
+    other = factor_of(kind, 2.0, 9, 1.3 * time)
+    assert np.abs(other @ other.T - expected).max() > 2e-2
+
+
+def test_white_coordinates_and_forces_are_each_other(problem):
+    """There and back."""
+    history, values = problem.histories[0], problem.prior.sample(np.random.default_rng(1), 3)
+    white = history.white(values, history.forces(values))
+    np.testing.assert_allclose(white, values[:, history.columns], atol=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +113,17 @@ def carried(boat):
     return pose(boat, disturbance, sensors=sensors, nuisance={"current_north_mps": bs.priors.normal(0.0, 0.3)})
 
 
-@pytest.mark.parametrize("name", ["problem", "carried"])
+@pytest.fixture(scope="module")
+def followed(boat):
+    """With noise that depends on the reading before, less often than once between knots, and a clock that is late."""
+    track = bs.sensors.modified(bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw")), instrument="gps")
+    slow = [bs.sensors.Sensor("r_degps", sd=0.01, interval_s=70.0), bs.sensors.Sensor("u_mps", sd=0.01, interval_s=15.0)]
+    noise = {"r": AR1(2e-4, 100.0), "u": AR1(0.01, 30.0)}
+    clock = {"clock_gps_s": bs.priors.normal(0.3, 0.2)}
+    return pose(boat, unknown(), sensors=[track, *slow], noise=noise, nuisance=clock)
+
+
+@pytest.mark.parametrize("name", ["problem", "carried", "followed"])
 def test_the_jacobian_is_that_of_the_readings(name, request):
     """By coefficients, sds, the correlation time and white coordinates, against central differences."""
     problem = request.getfixturevalue(name)

@@ -5,11 +5,12 @@ Between two knots a motion is linear in the state s at the start of the piece an
 
     c_j = p_j[0] + root_j w_j,    p_j+1 = T p_j + gain_j w_j,
 
-where T moves predictions p up by one and w is white (:mod:`bayesub.problem.innovations`). So readings less their prediction are those of a linear
-state-space model of the state s and, for each axis, of the forces at the three knots that act in a piece and of p at the
-knot after these. The Kalman filter takes its readings one by one; the product of the variances of what it could not
-foresee is the determinant of the information about w. Going back, the simulation smoother of de Jong and Shephard
-(Biometrika 1995, 82) makes of standard normal y draws of w, whose mean are the w that fit best.
+where T moves predictions p up by one and w is white (:mod:`bayesub.problem.innovations`). So readings less their
+prediction are those of a linear state-space model of the state s and, for each axis, of the forces at the three knots
+that act in a piece and of p at the knot after these. The Kalman filter takes its readings one by one; the product of
+the variances of what it could not foresee is the determinant of the information about w. Going back, the simulation
+smoother of de Jong and Shephard (Biometrika 1995, 82) makes of standard normal y draws of w, whose mean are the w that
+fit best.
 
 Members of a batch are lanes.
 """
@@ -27,32 +28,50 @@ HATS = 3  # forces of an axis that act in a piece
 
 
 class Pieces(NamedTuple):
-    """The response of the residuals of a trial, piece after piece, of members of a batch.
+    """The response of the residuals of a trial, piece after piece, as a sum of terms times features of a member.
 
     The columns are n_states, and axis after axis the forces at the HATS knots from that of the piece on.
     """
 
-    ends: np.ndarray  # (n_batch, n_pieces, n_states, n_columns) derivatives of the state at the end of a piece
-    rows: np.ndarray  # (n_batch, n_rows, n_columns) derivatives of the residuals
-    order: np.ndarray  # (n_rows,) the residuals, piece after piece
+    ends: np.ndarray  # (n_terms, n_pieces, n_states, n_columns) derivatives of the state at the end of a piece
+    rows: np.ndarray  # (n_terms, n_rows, n_columns) derivatives of the residuals
+    order: np.ndarray  # (n_read,) the residuals that the forces move, piece after piece
     firsts: np.ndarray  # (n_pieces + 1,) where those of each piece begin in this order
 
 
 class Innovations(NamedTuple):
-    """Sequences of forces in innovations form."""
+    """Sequences of forces in innovations form, of members and axes."""
 
     last: np.ndarray  # (n_batch, n_axes, n_lags) weights of p in the last entry of T p
     gains: np.ndarray  # (n_batch, n_axes, n_knots, n_lags), times the sd
     roots: np.ndarray  # (n_batch, n_axes, n_knots), times the sd
 
+    def repeated(self, n: int) -> "Innovations":
+        """Those of one member, for n."""
+        return Innovations(*(np.repeat(part, n, axis=0) for part in self))
+
+
+class Smoothed(NamedTuple):
+    """What the readings say about white coordinates w, of which the residuals are linear, with the derivatives G."""
+
+    log_determinants: np.ndarray  # (n_batch,) of G'G + 1
+    white: np.ndarray  # (n_batch, n_axes, n_knots) that fit best, or draws
+    errors: np.ndarray  # (n_batch, n_rows) residuals, at w of zero, times the inverse Cholesky factor of G G' + 1
+
 
 def smooth(
-    pieces: Pieces, innovations: Innovations, residuals: np.ndarray, white: np.ndarray, y: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Log determinants (n_batch,) of G'G + 1, and the white coordinates (n_batch, n_axes, n_knots) that fit best.
+    pieces: Pieces,
+    features: np.ndarray,
+    innovations: Innovations,
+    residuals: np.ndarray,
+    white: np.ndarray,
+    y: np.ndarray | None = None,
+) -> Smoothed:
+    """Integrate out the white coordinates of each member.
 
     Parameters
     ----------
+    features : (n_batch, n_terms)
     residuals : (n_batch, n_rows) at the white coordinates
     white : (n_batch, n_axes, n_knots), about which the response is linear
     y : (n_batch, n_axes, n_knots), standard normal, for draws in place of the best
@@ -65,12 +84,31 @@ def smooth(
         filled = np.concatenate([array, np.repeat(array[-1:], n_groups * LANES - n_batch, axis=0)])
         return np.ascontiguousarray(np.moveaxis(filled.reshape(n_groups, LANES, *array.shape[1:]), 1, -1))
 
-    given = [lanes(array) for array in (pieces.ends, pieces.rows, *innovations, residuals, white)]
+    given = [lanes(array) for array in (features, *innovations, residuals, white)]
     noise = lanes(np.zeros_like(white) if y is None else y)
-    determinants, found = np.empty((n_groups, LANES)), np.empty_like(noise)
-    _smooth(*given, noise, y is not None, pieces.order, pieces.firsts, determinants, found)
-    found = np.moveaxis(found, -1, 1).reshape(-1, n_axes, n_knots)
-    return determinants.ravel()[:n_batch], found[:n_batch]
+    determinants, found, errors = np.empty((n_groups, LANES)), np.empty_like(noise), given[-2].copy()
+    ends, rows = np.ascontiguousarray(pieces.ends), np.ascontiguousarray(pieces.rows)
+    ends = ends.reshape(*ends.shape[:2], -1)
+    _smooth(ends, rows, *given, noise, y is not None, pieces.order, pieces.firsts, determinants, found, errors)
+
+    def members(array):
+        return np.moveaxis(array, -1, 1).reshape(-1, *array.shape[1:-1])[:n_batch]
+
+    return Smoothed(determinants.ravel()[:n_batch], members(found), members(errors))
+
+
+def respond(pieces: Pieces, forces: np.ndarray) -> np.ndarray:
+    """(n, n_rows) changes of the residuals by changes (n, n_axes, n_knots) of the forces, of pieces of one term."""
+    (ends,), (rows,) = pieces.ends, pieces.rows
+    n_pieces, n_states, _ = ends.shape
+    padded = np.pad(forces, ((0, 0), (0, 0), (0, n_pieces + HATS - forces.shape[2])))
+    result, state = np.zeros((len(forces), len(rows))), np.zeros((len(forces), n_states))
+    for k in range(n_pieces):
+        causes = np.hstack([state, padded[:, :, k : k + HATS].reshape(len(forces), -1)])
+        read = pieces.order[pieces.firsts[k] : pieces.firsts[k + 1]]
+        result[:, read] = causes @ rows[read].T
+        state = causes @ ends[k].T
+    return result
 
 
 @inline
@@ -317,25 +355,49 @@ def _withdraw(
                     curvature[i, m, lane] += across[i, lane] * across[m, lane] / scratch[1, 0, lane]
 
 
+@inline
+def _summed(terms, features, result):
+    """Numbers (n, LANES) of terms (n_terms, n) and features (n_terms, LANES)."""
+    n_terms, n = terms.shape
+    for i in range(n):
+        for lane in range(LANES):
+            result[i, lane] = terms[0, i] * features[0, lane]
+    for t in range(1, n_terms):
+        for i in range(n):
+            for lane in range(LANES):
+                result[i, lane] += terms[t, i] * features[t, lane]
+
+
 @jit
-def _smooth_group(ends, rows, last, gains, roots, residuals, white, noise, draws, order, firsts, determinant, found):
-    n_pieces, n_states, n_columns, _ = ends.shape
+def _smooth_group(
+    end_terms, row_terms, features, last, gains, roots, residuals, white, noise, draws, order, firsts, determinant,
+    found, errors,
+):  # fmt: skip
+    n_pieces, n_columns = end_terms.shape[1], row_terms.shape[2]
+    n_states = end_terms.shape[2] // n_columns
     n_axes, n_knots, n_lags, _ = gains.shape
-    n_rows, n = rows.shape[0], n_columns + n_axes * n_lags
+    n_read, n = len(order), n_columns + n_axes * n_lags
+    ends, row = np.empty((n_pieces, n_states, n_columns, LANES)), np.empty((n_read, n_columns, LANES))
+    for k in range(n_pieces):
+        _summed(end_terms[:, k], features, ends[k].reshape(n_states * n_columns, LANES))
+    for k in range(n_read):
+        _summed(row_terms[:, order[k]], features, row[k])
     mean, spread = np.zeros((n, LANES)), np.zeros((n, n, LANES))
-    kept_gain, kept_error = np.empty((n_rows, n, LANES)), np.empty((n_rows, LANES))
-    kept_variance = np.empty((n_rows, LANES))
+    kept_gain, kept_error = np.empty((n_read, n, LANES)), np.empty((n_read, LANES))
+    kept_variance = np.empty((n_read, LANES))
     scratch = np.empty((n, n, LANES))
     for i in range(LANES):
         determinant[i] = 0.0
     for j in range(min(HATS, n_knots)):
         _inject(j, n_states, n_columns, last, gains, roots, white, mean, spread)
     for k in range(n_pieces):
-        for row in range(firsts[k], firsts[k + 1]):
+        for i in range(firsts[k], firsts[k + 1]):
             _update(
-                rows[order[row]], residuals[order[row]], n_columns, mean, spread, kept_gain[row], kept_error[row],
-                kept_variance[row], determinant,
+                row[i], residuals[order[i]], n_columns, mean, spread, kept_gain[i], kept_error[i], kept_variance[i],
+                determinant,
             )  # fmt: skip
+            for lane in range(LANES):
+                errors[order[i], lane] = -kept_error[i, lane] / math.sqrt(kept_variance[i, lane])
         _advance(ends[k], mean, spread, scratch)
         _inject(k + HATS, n_states, n_columns, last, gains, roots, white, mean, spread)
     # Back: `slope` is the gradient of the log density of what comes later by the state, `curvature` its information.
@@ -346,10 +408,9 @@ def _smooth_group(ends, rows, last, gains, roots, residuals, white, noise, draws
             scratch,
         )  # fmt: skip
         _retreat(ends[k], slope, curvature, scratch, draws)
-        for row in range(firsts[k + 1] - 1, firsts[k] - 1, -1):
+        for i in range(firsts[k + 1] - 1, firsts[k] - 1, -1):
             _undo(
-                rows[order[row]], n_columns, kept_gain[row], kept_error[row], kept_variance[row], slope, curvature,
-                scratch, draws,
+                row[i], n_columns, kept_gain[i], kept_error[i], kept_variance[i], slope, curvature, scratch, draws,
             )  # fmt: skip
     for j in range(min(HATS, n_knots) - 1, -1, -1):
         _withdraw(
@@ -358,9 +419,12 @@ def _smooth_group(ends, rows, last, gains, roots, residuals, white, noise, draws
 
 
 @jit(threads=True)
-def _smooth(ends, rows, last, gains, roots, residuals, white, noise, draws, order, firsts, determinants, found):
-    for group in prange(ends.shape[0]):
+def _smooth(
+    ends, rows, features, last, gains, roots, residuals, white, noise, draws, order, firsts, determinants, found,
+    errors,
+):  # fmt: skip
+    for group in prange(features.shape[0]):
         _smooth_group(
-            ends[group], rows[group], last[group], gains[group], roots[group], residuals[group], white[group],
-            noise[group], draws, order, firsts, determinants[group], found[group],
+            ends, rows, features[group], last[group], gains[group], roots[group], residuals[group], white[group],
+            noise[group], draws, order, firsts, determinants[group], found[group], errors[group],
         )  # fmt: skip
