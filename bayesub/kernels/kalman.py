@@ -46,6 +46,18 @@ class Innovations(NamedTuple):
     gains: np.ndarray  # (n_batch, n_axes, n_knots, n_lags), times the sd
     roots: np.ndarray  # (n_batch, n_axes, n_knots), times the sd
 
+    def forces(self, white: np.ndarray) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) forces of white coordinates of that shape."""
+        result = np.empty(white.shape)
+        _colour(*self, np.ascontiguousarray(white), result)
+        return result
+
+    def white(self, forces: np.ndarray) -> np.ndarray:
+        """White coordinates (n_batch, n_axes, n_knots) of forces of that shape: the inverse of :meth:`forces`."""
+        result = np.empty(forces.shape)
+        _whiten(*self, np.ascontiguousarray(forces), result)
+        return result
+
     def repeated(self, n: int) -> "Innovations":
         """Those of one member, for n."""
         return Innovations(*(np.repeat(part, n, axis=0) for part in self))
@@ -109,6 +121,39 @@ def respond(pieces: Pieces, forces: np.ndarray) -> np.ndarray:
         result[:, read] = causes @ rows[read].T
         state = causes @ ends[k].T
     return result
+
+
+@jit
+def _colour(last, gains, roots, white, forces):
+    ahead = np.empty(last.shape[2])
+    for m in range(len(last)):
+        for a in range(last.shape[1]):
+            ahead[:] = 0.0
+            for j in range(white.shape[2]):
+                forces[m, a, j] = ahead[0] + roots[m, a, j] * white[m, a, j]
+                _predict(last[m, a], gains[m, a, j], white[m, a, j], ahead)
+
+
+@jit
+def _whiten(last, gains, roots, forces, white):
+    ahead = np.empty(last.shape[2])
+    for m in range(len(last)):
+        for a in range(last.shape[1]):
+            ahead[:] = 0.0
+            for j in range(white.shape[2]):
+                white[m, a, j] = (forces[m, a, j] - ahead[0]) / roots[m, a, j]
+                _predict(last[m, a], gains[m, a, j], white[m, a, j], ahead)
+
+
+@inline
+def _predict(last, gain, shock, ahead):
+    """Predictions at the next knot, in place."""
+    n_lags, predicted = len(ahead), 0.0
+    for i in range(n_lags):
+        predicted += last[i] * ahead[i]
+    for i in range(n_lags - 1):
+        ahead[i] = ahead[i + 1] + gain[i] * shock
+    ahead[n_lags - 1] = predicted + gain[n_lags - 1] * shock
 
 
 @inline

@@ -439,7 +439,7 @@ def sensitivities(
     outputs = np.zeros(-(-n_columns // _COLUMNS_A_TASK), dtype=int)
     result = np.empty((len(times), n_columns, len(rows)))
     restarts, initial = plain(np.asarray(restarts), int), plain(initial)
-    ends = np.full((len(restarts), n_columns, N_STATES), np.nan)
+    ends = np.zeros((len(restarts), n_columns, N_STATES))
     _run(
         equations, slopes_of, coefficients, body, inverses(mass_matrices(coefficients, body, added_mass)), bodies,
         masses[1:] - masses[0], history, stages, variations, slots, step, times, parameters, sources, factors, axes,

@@ -247,23 +247,20 @@ class Disturbances:
     def forces(self, values: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) at the knots, N, N m and m/s, of own parameters (n_batch, n_own)."""
         *_, white = self._parts(values)
-        return innovations.forces(*self.innovations(values), white)
-
-    def white(self, values: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        """White coordinates (n_batch, n_axes, n_knots) of forces of that shape, of values that begin as its own."""
-        return innovations.white(*self.innovations(values), forces)
+        return self.innovations(values).forces(white)
 
     def nearest(self, values: np.ndarray, forces: ForceHistory) -> np.ndarray:
         """Own parameters (n_own,) with those white coordinates whose forces are nearest to given ones."""
         values = np.array(values)
-        values[len(self.processes) :] = self.white(values[None], self.knots.projected(forces).T[None]).ravel()
+        white = self.innovations(values[None]).white(self.knots.projected(forces).T[None])
+        values[len(self.processes) :] = white.ravel()
         return values
 
     def factor(self, values: np.ndarray) -> np.ndarray:
         """(n_axes, n_knots, n_knots) lower triangular: the forces of a member (1, n) are it times w."""
         n = len(self.knots.times)
         unit = np.broadcast_to(np.eye(n)[:, None], (n, len(self.unknown.axes), n))
-        return np.moveaxis(innovations.forces(*self.innovations(values).repeated(n), np.ascontiguousarray(unit)), 0, 2)
+        return np.moveaxis(self.innovations(values).repeated(n).forces(unit), 0, 2)
 
     def slopes(self, values: np.ndarray) -> np.ndarray:
         """(n_process, n_axes, n_knots) derivatives of the histories of one member (1, n_own) by the process."""
@@ -314,14 +311,6 @@ class History:
     def innovations(self, parameters: np.ndarray) -> Innovations:
         """The forces in innovations form of parameters (n_batch, n_params)."""
         return self.disturbances.innovations(parameters[:, self.process])
-
-    def forces(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_axes, n_knots) of parameters (n_batch, n_params)."""
-        return self.disturbances.forces(parameters[:, np.concatenate([self.process, self.columns])])
-
-    def white(self, parameters: np.ndarray, forces: np.ndarray) -> np.ndarray:
-        """White coordinates (n_batch, n_white) of forces (n_batch, n_axes, n_knots), by the process of parameters."""
-        return self.disturbances.white(parameters[:, self.process], forces).reshape(len(forces), -1)
 
     def response(self, parameters: np.ndarray) -> Pieces:
         """How the residuals of the trial follow the forces, at parameters (n_params,)."""

@@ -17,7 +17,7 @@ the recursion of Faurre). So w is as long as c, and c is stationary from its fir
 
 import numpy as np
 
-from bayesub.kernels.jit import inline, jit
+from bayesub.kernels.jit import jit
 from bayesub.kernels.kalman import Innovations
 from bayesub.model.disturbance import correlation
 
@@ -104,42 +104,3 @@ def _recursion(last, gamma, gains, roots):
                         for h in range(n_lags):
                             value += last[m, h] * moved[i, h]
                     spread[i, k] = value + gains[m, j, i] * gains[m, j, k]
-
-
-@jit
-def forces(last: np.ndarray, gains: np.ndarray, roots: np.ndarray, white: np.ndarray) -> np.ndarray:
-    """(n_batch, n_axes, n_knots) c of the innovations of a batch and white coordinates of that shape."""
-    n_batch, n_axes, n_knots, n_lags = gains.shape
-    result, ahead = np.empty((n_batch, n_axes, n_knots)), np.empty(n_lags)
-    for m in range(n_batch):
-        for a in range(n_axes):
-            ahead[:] = 0.0
-            for j in range(n_knots):
-                result[m, a, j] = ahead[0] + roots[m, a, j] * white[m, a, j]
-                _step(last[m, a], gains[m, a, j], white[m, a, j], ahead)
-    return result
-
-
-@jit
-def white(last: np.ndarray, gains: np.ndarray, roots: np.ndarray, of_forces: np.ndarray) -> np.ndarray:
-    """White coordinates (n_batch, n_axes, n_knots) of c of that shape: the inverse of :func:`forces`."""
-    n_batch, n_axes, n_knots, n_lags = gains.shape
-    result, ahead = np.empty((n_batch, n_axes, n_knots)), np.empty(n_lags)
-    for m in range(n_batch):
-        for a in range(n_axes):
-            ahead[:] = 0.0
-            for j in range(n_knots):
-                result[m, a, j] = (of_forces[m, a, j] - ahead[0]) / roots[m, a, j]
-                _step(last[m, a], gains[m, a, j], result[m, a, j], ahead)
-    return result
-
-
-@inline
-def _step(last, gain, shock, ahead):
-    """Predictions at the next knot, in place."""
-    n_lags, predicted = len(ahead), 0.0
-    for i in range(n_lags):
-        predicted += last[i] * ahead[i]
-    for i in range(n_lags - 1):
-        ahead[i] = ahead[i + 1] + gain[i] * shock
-    ahead[n_lags - 1] = predicted + gain[n_lags - 1] * shock

@@ -5,6 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
+from bayesub.kernels.kalman import Innovations
 from bayesub.model.disturbance import Disturbance, Knots, correlation
 from bayesub.problem import innovations
 from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, of_history, of_process
@@ -66,8 +67,8 @@ def test_forces_at_knots_are_projections_of_the_process(kind):
 def factor_of(kind, interval, n, time, n_lags=None):
     """(n, n) lower triangular: forces are it times white coordinates."""
     sequences = innovations.innovations(kind, interval, n, np.array([time]), n_lags)
-    unit = [np.repeat(part[:, None], n, axis=0) for part in sequences]
-    return innovations.forces(*unit, np.eye(n)[:, None])[:, 0].T
+    unit = Innovations(*(np.repeat(part[:, None], n, axis=0) for part in sequences))
+    return unit.forces(np.eye(n)[:, None])[:, 0].T
 
 
 def projected_covariance(kind, interval, n, time, fine=24, beyond=20):
@@ -97,9 +98,10 @@ def test_the_covariance_is_that_of_the_projection(kind, time):
 
 def test_white_coordinates_and_forces_are_each_other(problem):
     """There and back."""
-    history, values = problem.histories[0], problem.prior.sample(np.random.default_rng(1), 3)
-    white = history.white(values, history.forces(values))
-    np.testing.assert_allclose(white, values[:, history.columns], atol=1e-9)
+    (history,), values = problem.histories, problem.prior.sample(np.random.default_rng(1), 3)
+    sequences = history.innovations(values)
+    white = sequences.white(problem.forces(values))
+    np.testing.assert_allclose(white.reshape(3, -1), values[:, history.columns], atol=1e-9)
 
 
 @pytest.fixture(scope="module")

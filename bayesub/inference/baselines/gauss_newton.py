@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.identifiability.integrated import Integrated
 from bayesub.inference.identifiability.linalg import complete_svd, triangle
 from bayesub.inference.interface import Searchable
 
@@ -32,6 +33,9 @@ def gauss_newton(
     the geodesic acceleration of Transtrum & Sethna (2012), of simulations that are there already. It costs a second
     batch, and on the spiral with uniform priors saves six Jacobians of seven.
 
+    White coordinates of forces take no part in the ladder. They follow each step as fits best, and the step is that of
+    the readings without them (:mod:`bayesub.inference.identifiability.integrated`).
+
     Parameters
     ----------
     start : (n_params,); by default the middle of the prior
@@ -40,7 +44,8 @@ def gauss_newton(
 
     Returns
     -------
-    Estimate with the covariance of the Laplace approximation; cost is the minimised sum of squares.
+    Estimate with the covariance of the Laplace approximation, of all parameters that are no white coordinates; cost is
+    the minimised sum of squares.
 
     Raises
     ------
@@ -54,22 +59,24 @@ def gauss_newton(
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
     for _ in range(max_iterations):
-        jacobian = prior.chain(problem.jacobian(prior.parameters(t)), t)
+        linear = _Linear(problem, t, residuals)
         # Of both together the triangle has all inner products, and a row a parameter where they have one a reading.
-        reduced = triangle(np.column_stack([jacobian, residuals]))
+        reduced = triangle(np.column_stack([linear.jacobian, linear.residuals]))
         u, s, vt = complete_svd(reduced[:, :-1])
-        force = s * (u.T @ reduced[:, -1]) + vt @ t
-        if np.linalg.norm(force / np.sqrt(s**2 + 1.0)) < tolerance:
+        force = s * (u.T @ reduced[:, -1]) + vt @ t[linear.others]
+        if np.sqrt(np.sum(force**2 / (s**2 + 1.0)) + linear.gain) < tolerance:
             status = "converged"
             break
         stiffness = s**2 + 1.0 + _DAMPING[:, None]
         steps = _within_reach((-force / stiffness) @ vt)
-        trials = [(t + steps, *_misfit(problem, t + steps))]
+        ends = linear.after(steps)
+        trials = [(ends, *_misfit(problem, ends))]
         if np.argmin(trials[0][2]) > 0:  # a damped step
-            ends = np.isfinite(trials[0][2])
-            bends = trials[0][1][ends] - residuals - steps[ends] @ jacobian.T
-            turned = steps[ends] + _within_reach((-(bends @ jacobian @ vt.T) / stiffness[ends]) @ vt)
-            trials.append((t + turned, *_misfit(problem, t + turned)))
+            kept = np.isfinite(trials[0][2])
+            bends = trials[0][1][kept] - linear.expected(steps[kept], ends[kept])
+            turned = steps[kept] + _within_reach((-(linear.out(bends) @ linear.jacobian @ vt.T) / stiffness[kept]) @ vt)
+            ends = linear.after(turned, bends)
+            trials.append((ends, *_misfit(problem, ends)))
         nearest = min(trials, key=lambda batch: batch[2].min())
         best = np.argmin(nearest[2])
         gain = cost - nearest[2][best]
@@ -78,7 +85,8 @@ def gauss_newton(
         if not gain >= tolerance**2:
             status = "converged to a jump or to round-off"
             break
-    slopes = prior.chain(np.eye(problem.n_params), t)
+    of_others = linear.prior
+    slopes = of_others.chain(np.eye(len(linear.others)), t[linear.others])
     return Estimate(
         method="Gauss-Newton posterior mode",
         names=problem.names,
@@ -90,6 +98,56 @@ def gauss_newton(
         jacobians=problem.costs.jacobians - before[1],
         seconds=time.perf_counter() - began,
     )
+
+
+class _Linear:
+    """The linear model of the residuals about t (n_params,), without white coordinates of forces.
+
+    Attributes
+    ----------
+    others : (n_others,) positions of the other parameters
+    prior : of these
+    residuals, jacobian : (n_rows,) and (n_rows, n_others) by their t
+    gain : by how much the cost falls if the white coordinates alone are those that fit best
+    """
+
+    def __init__(self, problem, t, residuals):
+        parameters = problem.prior.parameters(t)
+        self._t, self._residuals, self.gain = t, residuals, 0.0
+        if not getattr(problem, "histories", ()):
+            self._integrated, self.prior, self.others = None, problem.prior, np.arange(len(t))
+            self.residuals, self.jacobian = residuals, self.prior.chain(problem.jacobian(parameters), t)
+            return
+        self._integrated, self.prior = Integrated(problem, parameters), problem.prior_of_others
+        self._white = self._integrated.white
+        self.others = np.delete(np.arange(len(t)), self._white)
+        self._by_others = self.prior.chain(problem.jacobian_of_others(parameters), t[self.others])
+        self.jacobian, _ = self._integrated.out(self._by_others)
+        columns, _ = self._integrated.out(residuals[:, None], t[self._white])
+        self.residuals = columns[:, 0]
+        before = residuals @ residuals + t[self._white] @ t[self._white]
+        self.gain = max(0.0, before - self.residuals @ self.residuals)
+
+    def after(self, steps, bends=0.0):
+        """(n, n_params) t after steps (n, n_others), if the residuals bend by (n, n_rows) from what is linear."""
+        ends = np.tile(self._t, (len(steps), 1))
+        ends[:, self.others] += steps
+        if self._integrated is not None:
+            moved = self._residuals + steps @ self._by_others.T + bends
+            _, ends[:, self._white] = self._integrated.out(moved.T, self._t[self._white])
+        return ends
+
+    def expected(self, steps, ends):
+        """(n, n_rows) residuals that the linear model has after steps (n, n_others), at t (n, n_params)."""
+        if self._integrated is None:
+            return self._residuals + steps @ self.jacobian.T
+        moved = self._residuals + steps @ self._by_others.T
+        self._integrated.respond(moved, ends[:, self._white] - self._t[self._white])
+        return moved
+
+    def out(self, bends):
+        """(n, n_rows) what bends (n, n_rows) of the residuals are without white coordinates."""
+        return bends if self._integrated is None else self._integrated.out(bends.T)[0].T
 
 
 def _within_reach(steps):

@@ -58,12 +58,12 @@ class HistoryGeometry:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What determines the map, to be stored."""
-        return self.geometry.arrays() | {"centre": self.marginalised.centre}
+        return self.geometry.arrays() | self.marginalised.arrays()
 
     @classmethod
     def restored(cls, problem: Forced, arrays: dict[str, np.ndarray]) -> "HistoryGeometry":
         """The map that :meth:`arrays` describe, bit for bit."""
-        marginalised = Marginalised(problem, arrays["centre"])
+        marginalised = Marginalised(problem, arrays["centre"], arrays)
         return cls(Geometry.restored(marginalised.prior, arrays), marginalised)
 
 
@@ -158,5 +158,9 @@ def learn_with_histories(
 ) -> tuple[HistoryGeometry, HistorySurrogate, np.ndarray]:
     """Sampling coordinates, a surrogate, and draws (n, n_others) of it, of a marginalised problem and its mode."""
     geometry = Geometry.whitened(marginalised, others)
-    surrogate, draws = learn(marginalised, geometry, rng, progress)
+
+    def adapt(draws):
+        marginalised.fit(rng.permutation(draws)[: marginalised.n_draws], rng)
+
+    surrogate, draws = learn(marginalised, geometry, rng, progress, adapt)
     return HistoryGeometry(geometry, marginalised), HistorySurrogate(surrogate), draws

@@ -21,6 +21,7 @@ draws of the posterior it is better in the middle, and walkers are held where it
 """
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, partial
 
@@ -205,11 +206,16 @@ class _Simulations:
 
 
 def learn(
-    problem: Emulated, geometry: Geometry, rng: np.random.Generator, progress: Progress | None = None
+    problem: Emulated,
+    geometry: Geometry,
+    rng: np.random.Generator,
+    progress: Progress | None = None,
+    adapt: Callable[[np.ndarray], None] | None = None,
 ) -> tuple[Surrogate, np.ndarray]:
     """Find the active directions, straighten the geometry in place and fit a surrogate of the problem.
 
-    The geometry is whitened at the mode of the problem. With the surrogate draws of it come, (n, n_params) in sampling
+    The geometry is whitened at the mode of the problem. Before each round `adapt` may change the problem by parameters
+    (n, n_params) that are draws of what is known by then. With the surrogate draws of it come, (n, n_params) in sampling
     coordinates.
     """
     geometry.find_active(problem, rng)
@@ -219,6 +225,8 @@ def learn(
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
+        if adapt is not None:
+            adapt(geometry.parameters(y[-n_fitted:]))
         seen = _Simulations(problem, geometry)
         seen.add(y[-n_fitted:])
         surrogate = seen.surrogate(geometry.active)
