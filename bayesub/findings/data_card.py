@@ -8,7 +8,8 @@ import numpy as np
 from bayesub.findings import zeros
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks import convergence
-from bayesub.inference.identifiability.fisher import correlation_factor, integrated_out
+from bayesub.inference.identifiability.fisher import correlation_factor
+from bayesub.inference.identifiability.linear_model import marginal_jacobian
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import aligned
 from bayesub.logs import log_files
@@ -105,7 +106,7 @@ def check(problem: AnyProblem, title: str) -> DataCard:
     factor = correlation_factor(problem.prior, others)
     for trial, part, places in problem.each_trial(positions):
         with np.errstate(over="ignore", invalid="ignore"):
-            whitened = part.jacobian(problem.prior.mean[places]) * problem.prior.sd[places]
+            whitened = _whitened(problem, part, places)
             size = np.sum(whitened**2)
         if not np.isfinite(size):
             raise InputError(
@@ -113,9 +114,7 @@ def check(problem: AnyProblem, title: str) -> DataCard:
                 "nothing; check the vehicle and the sensors",
                 "model",
             )
-        whole = np.zeros((len(whitened), problem.n_params))
-        whole[:, places] = whitened
-        rows.append(whole)
+        rows.append(whitened)
         durations[trial] = part.manoeuvre.duration
         for channel in part.record.channels:
             name = f"{channel.name}[{trial}]" if trial else channel.name
@@ -123,10 +122,11 @@ def check(problem: AnyProblem, title: str) -> DataCard:
             interval = float(np.median(steps)) if len(steps) else 0.0
             gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
             outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
-            informed = _information(_without_forces(whole[part.rows[channel.name]], others), factor)
+            alone = _whitened(problem, part, places, part.rows[channel.name])
+            informed = _information(alone, factor)
             column = log_files.HEADERS[channel.quantity]
             channels.append(ChannelCard(name, column, times, interval, gaps, outliers, *informed))
-    whitened = _without_forces(np.concatenate(rows), others)
+    whitened = np.concatenate(rows)
     informed = _information(whitened, factor)
     steps = problem.prior.sd[others, None] * factor
     covariance = steps @ np.linalg.solve(np.eye(len(others)) + (whitened @ factor).T @ (whitened @ factor), steps.T)
@@ -135,11 +135,14 @@ def check(problem: AnyProblem, title: str) -> DataCard:
     return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed, *of_zeros)
 
 
-def _without_forces(whitened, others) -> np.ndarray:
-    """Columns `others` of a whitened Jacobian; the rest are of forces at knots, which are integrated out."""
-    if len(others) < whitened.shape[1]:
-        return integrated_out(whitened[:, others], np.delete(whitened, others, axis=1))
-    return whitened
+def _whitened(problem, trial, places, rows=None) -> np.ndarray:
+    """Jacobian of a trial by all parameters (n_others,) in prior sds, forces integrated out; of some rows or all."""
+    read = np.zeros(trial.n_rows, dtype=bool)
+    read[slice(None) if rows is None else rows] = True
+    jacobian = marginal_jacobian(trial, problem.prior.mean[places], read)
+    whitened = np.zeros((len(jacobian), len(problem.others)))
+    whitened[:, np.searchsorted(problem.others, places[trial.others])] = jacobian
+    return whitened * problem.prior.sd[problem.others]
 
 
 def _information(whitened, factor) -> tuple[int, np.ndarray]:

@@ -92,7 +92,7 @@ def inferred_forces(problem: AnyProblem, draws: np.ndarray) -> Iterator[Inferred
                 times=knots.times,
                 axes=knots.axes,
                 draws=trial.forces(values),
-                factors=history.factors(mean)[0],
+                factors=history.disturbances.factor(mean[:, history.process]),
                 truth=None if true is None else knots.projected(true).T,
                 fine_times=knots.fine_times,
                 hull=np.hstack([hull_forces(motion), _velocity(motion.states[0])])[:, members].T,

@@ -21,9 +21,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from bayesub.findings.set_up import AnyProblem
+from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES, Term
 
@@ -128,34 +128,33 @@ def scores(problem: AnyProblem, draws: np.ndarray) -> Scores:
     `problem`: with histories; `draws` (n_draws, n_params): from its posterior, about independent.
     """
     mean, t = draws.mean(axis=0), problem.prior.standard(draws)
-    chained = problem.prior.chain(problem.jacobian(mean), problem.prior.standard(mean))
-    _, sizes, directions = np.linalg.svd(chained)
-    sizes = np.pad(sizes, (0, problem.n_params - len(sizes)))
+    model = LinearModel(problem, problem.prior.standard(mean), problem.residuals(mean[None])[0])
     trials = [(trial, values) for _, trial, values in problem.each_trial(mean) if trial.histories]
     effects: dict[Candidate, np.ndarray] = {}
     squares: dict[Candidate, list] = {}
     members: dict[str, np.ndarray] = {}
     for history, (trial, values) in zip(problem.histories, trials, strict=True):
-        knots, (factors,) = history.disturbances.knots, history.factors(mean[None])
+        knots, sequences = history.disturbances.knots, history.innovations(mean[None])
         columns = history.columns.reshape(len(knots.axes), -1)
         candidates, forces = _candidates(trial, values, knots)
         for candidate, line, force in zip(candidates, knots.projection(forces).T, forces.T, strict=True):
             k = knots.axes.index(candidate.axis)
             effect = effects.setdefault(candidate, np.zeros(problem.n_params))
-            effect[columns[k]] = linalg.solve_triangular(factors[k], line, lower=True)
+            lines = np.zeros((1, *columns.shape))
+            lines[0, k] = line
+            effect[columns[k]] = sequences.white(lines)[0, k]
             squares.setdefault(candidate, []).append(np.mean(force**2))
         for axis, of_axis in zip(knots.axes, columns, strict=True):
             members[axis] = np.append(members.get(axis, np.array([], dtype=int)), of_axis)
     if not effects:  # of a current alone
         return Scores((), np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0))
     matrix = np.array(list(effects.values()))
-    along = matrix @ directions.T
-    information = (along * (sizes**2 / (1.0 + sizes**2))) @ along.T
-    values = t @ matrix.T + _slopes(problem, t, (along / (1.0 + sizes**2)) @ directions)
+    unknown = model.covariance_times(matrix)
+    information = (matrix - unknown) @ matrix.T
+    values = t @ matrix.T + _slopes(problem, t, unknown)
     values = values[np.isfinite(values).all(axis=1)]
     error, values = np.atleast_2d(np.cov(values.T)) / len(values), values.mean(axis=0)
-    weights = directions * (sizes / np.sqrt(1.0 + sizes**2))[:, None]
-    misfits = {axis: _misfit(t.mean(axis=0)[own], weights[:, own]) for axis, own in members.items()}
+    misfits = {axis: _misfit(t.mean(axis=0)[own], model, own) for axis, own in members.items()}
     larger = []
     for candidate, square in zip(effects, values**2 / np.diag(information + error), strict=True):
         total, n_seen = misfits[candidate.axis]
@@ -177,11 +176,12 @@ def _slopes(problem, t, directions) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _misfit(mean, directions) -> tuple[float, int]:
+def _misfit(mean, model, own) -> tuple[float, int]:
     """Chi-square of the posterior means (n,) of white coordinates, and how many of their combinations are seen."""
-    _, sizes, combinations = np.linalg.svd(directions, full_matrices=False)
-    seen = sizes**2 > _SEEN
-    return float(np.sum((combinations[seen] @ mean / sizes[seen]) ** 2)), int(np.count_nonzero(seen))
+    n = model.covariance_times(np.eye(model.n_params)[own])[:, own]
+    squares, combinations = np.linalg.eigh(np.eye(len(own)) - 0.5 * (n + n.T))
+    seen = squares > _SEEN
+    return float(np.sum((mean @ combinations[:, seen]) ** 2 / squares[seen])), int(np.count_nonzero(seen))
 
 
 def _candidates(problem, values, knots) -> tuple[list[Candidate], np.ndarray]:

@@ -12,6 +12,7 @@ import numpy as np
 
 from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.verdicts import CONTRADICTION, contradicted
+from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.io.errors import InputError
 from bayesub.io.words import rounded, with_unit
 from bayesub.logs.log_files import HEADERS
@@ -42,31 +43,34 @@ def numbers(problem: AnyProblem, best: np.ndarray, mean: np.ndarray, sd: np.ndar
     trials = [(trial, values) for _, trial, values in problem.each_trial(best)]
     if any(trial.record.truth is not None for trial, _ in trials):
         return []
-    jacobian, first = problem.jacobian(best), 0
+    residuals, first = problem.residuals(best[None])[0], 0
     sizes: dict[str, tuple[float, float]] = {}
     columns: dict[str, np.ndarray] = {}
     for trial, values in trials:
         faults = _faults(trial)
-        of_faults = _with(trial, faults).jacobian(np.append(values, [fault.value for fault in faults]))
-        for fault, column in zip(faults, of_faults[:, len(values) :].T, strict=True):
+        of_all = _with(trial, faults).jacobian_of_others(np.append(values, [fault.value for fault in faults]))
+        for fault, column in zip(faults, of_all[:, of_all.shape[1] - len(faults) :].T, strict=True):
             for name in (fault.name, ALL_CLOCKS) if fault.mount else (fault.name,):
                 size, _ = sizes.setdefault(name, (_size(fault, trial), fault.value * (name == fault.name)))
-                columns.setdefault(name, np.zeros(len(jacobian)))[first : first + trial.n_rows] += size * column
+                columns.setdefault(name, np.zeros(len(residuals)))[first : first + trial.n_rows] += size * column
         first += trial.n_rows
-    return _moved(problem, best, jacobian, columns, sizes, mean, sd)
+    return _moved(problem, best, residuals, columns, sizes, mean, sd)
 
 
-def _moved(problem, best, jacobian, columns, sizes, mean, sd) -> list[dict]:
+def _moved(problem, best, residuals, columns, sizes, mean, sd) -> list[dict]:
     """The rows of columns (n_rows,) by name, each for a fault of its size, with where it is held."""
-    t, n = problem.prior.standard(best), problem.n_params
-    matrix = np.vstack([problem.prior.chain(jacobian, t), np.eye(n)])
-    effects = np.vstack([np.reshape(list(columns.values()), (-1, len(jacobian))).T, np.zeros((n, len(columns)))])
+    t = problem.prior.standard(best)
+    model = LinearModel(problem, t, residuals)
+    t, n = t[model.others], len(model.others)
+    matrix = np.vstack([model.jacobian, np.eye(n)])
+    effects = model.out(np.reshape(list(columns.values()), (-1, len(residuals)))).T
+    effects = np.vstack([effects, np.zeros((n, len(columns)))])
     if not (np.isfinite(matrix).all() and np.isfinite(effects).all()):
         return []
     answers = np.linalg.lstsq(matrix, effects)[0]
     rest = effects - matrix @ answers
-    scores = -rest.T @ np.concatenate([problem.residuals(best[None])[0], t])
-    changes = (problem.prior.chain(np.eye(n), t) @ answers)[: problem.n_coefficients].T
+    scores = -rest.T @ np.concatenate([model.residuals, t])
+    changes = (model.prior.chain(np.eye(n), t) @ answers)[: problem.n_coefficients].T
     lengths, rows = np.linalg.norm(rest, axis=0), []
     for k, (name, (size, held)) in enumerate(sizes.items()):
         change, length, off = changes[k], float(lengths[k]), float(scores[k] / max(lengths[k], _NOTHING))

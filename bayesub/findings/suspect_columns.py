@@ -9,6 +9,7 @@ import numpy as np
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.discrepancy import inner_products
+from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.io.errors import InputError
 from bayesub.io.units import DEGREE, FOOT, KNOT, TURN
 from bayesub.logs.log_files import HEADERS
@@ -98,9 +99,9 @@ def _step(trial, values) -> float:
     """How much later than it says a record is, s, of the least squares about parameters (n_params,)."""
     t, predicted = trial.prior.standard(values), trial.predicted(values)[0]
     slopes = [np.gradient(predicted[trial.rows[c.name]], c.times) for c in trial.record.channels]
-    late = -trial.weighed(values, np.concatenate(slopes)[:, None])
-    jacobian = trial.prior.chain(trial.jacobian(values), t)
-    here = Alternatives(trial.residuals(values[None])[0], t, jacobian, effects={}, forces={}, factors={})
+    model = LinearModel(trial, t, trial.residuals(values[None])[0])
+    late = -model.out(trial.weighed(values, np.concatenate(slopes)[:, None]).T).T
+    here = Alternatives(model.residuals, t[model.others], model.jacobian, effects={}, forces={}, factors={})
     forces, products = inner_products(here, late)
     return float(-forces[0] / products[0, 0])
 

@@ -13,6 +13,8 @@ from typing import Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bayesub.kernels.kalman import Innovations, Pieces
+
 SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
 
 
@@ -201,7 +203,7 @@ class Emulated(LeastSquares, Protocol):
 
 
 class LatentForces(Protocol):
-    """Forces with an unknown history in some residuals: white coordinates times a factor that a few parameters say."""
+    """Forces with an unknown history in some residuals: sequences that white coordinates and a few parameters say."""
 
     @property
     def rows(self) -> slice:
@@ -219,8 +221,11 @@ class LatentForces(Protocol):
     def wide_process(self) -> np.ndarray:
         """(n_process,) values with which the forces can follow any motion."""
 
-    def factors(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_axes, n_knots, n_knots), lower triangular, of parameters (n_batch, n_params)."""
+    def innovations(self, parameters: np.ndarray) -> Innovations:
+        """The forces by their white coordinates, of parameters (n_batch, n_params)."""
+
+    def response(self, parameters: np.ndarray) -> Pieces:
+        """How the residuals `rows` follow the forces, at parameters (n_params,): pieces of one term."""
 
 
 @runtime_checkable
@@ -254,11 +259,14 @@ class Sampled(Emulated, Protocol):
 
 @runtime_checkable
 class Forced(Sampled, Protocol):
-    """What a sampler needs besides where a problem has histories."""
+    """What searches and a sampler need besides where a problem has histories."""
 
     @property
     def prior_of_others(self) -> InferencePrior:
         """The prior of the parameters that are not white coordinates of histories."""
+
+    def jacobian_of_others(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_rows, n_others) :meth:`jacobian` by the parameters that are not white coordinates of histories."""
 
     def with_wide_process(self) -> Self:
         """A view with a known and wide process of the forces."""

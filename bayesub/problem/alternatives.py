@@ -14,9 +14,10 @@ import numpy as np
 from bayesub.logs import log_files
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
+from bayesub.problem import innovations
 from bayesub.problem.base import Costs
 from bayesub.problem.distributions import WHITE
-from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, projected_factor
+from bayesub.problem.disturbances import Disturbances, UnknownDisturbance
 from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.likelihoods import AR1
@@ -200,7 +201,8 @@ class _Trial:
 
     def factor(self, time: float) -> np.ndarray:
         """(n_knots, n_knots) of the covariance of forces of unit sd."""
-        return projected_factor(self.disturbances.knots, self.disturbances.unknown.kind, time)
+        knots = self.disturbances.knots
+        return innovations.factor(self.disturbances.unknown.kind, knots.interval, len(knots.times), time)
 
     def _problem(self, xi) -> TrialProblem:
         """The problem of this trial with all that is left out."""

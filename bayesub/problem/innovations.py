@@ -104,3 +104,10 @@ def _recursion(last, gamma, gains, roots):
                         for h in range(n_lags):
                             value += last[m, h] * moved[i, h]
                     spread[i, k] = value + gains[m, j, i] * gains[m, j, k]
+
+
+def factor(kind: str, interval: float, n_knots: int, time: float) -> np.ndarray:
+    """(n_knots, n_knots) lower triangular: forces of unit sd are it times white coordinates."""
+    sequences = innovations(kind, interval, n_knots, np.array([time]))
+    unit = Innovations(*(np.repeat(part[:, None], n_knots, axis=0) for part in sequences))
+    return unit.forces(np.eye(n_knots)[:, None])[:, 0].T

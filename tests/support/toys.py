@@ -1,11 +1,13 @@
 """Problems with a known posterior, and the check that judges draws against it."""
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from bayesub.inference.checks import convergence
+from bayesub.kernels.kalman import HATS, Innovations, Pieces
 from bayesub.problem.base import Costs
 from bayesub.problem.distributions import WHITE, LogNormal, joined
 from bayesub.problem.priors import Normal
@@ -170,20 +172,33 @@ def standardised(chain, mean, covariance):
 
 @dataclass(frozen=True)
 class ToyHistory:
-    """White coordinates that are forces of sd `s`, the second parameter."""
+    """White coordinates that are forces of sd `s`, the second parameter, and act all at the end."""
 
     rows: slice
     columns: np.ndarray
     process: np.ndarray
+    by_forces: Callable  # (n_rows, n_white) derivatives of the residuals at parameters (n_params,)
 
     @property
     def wide_process(self):
         return np.ones(len(self.process))
 
-    def factors(self, parameters):
-        if not len(self.process):
-            return np.tile(np.eye(len(self.columns)), (len(parameters), 1, 1, 1))
-        return parameters[:, 1, None, None, None] * np.eye(len(self.columns))
+    def innovations(self, parameters):
+        n, n_knots = len(parameters), len(self.columns)
+        sds = parameters[:, 1] if len(self.process) else np.ones(n)
+        roots = np.repeat(sds, n_knots).reshape(n, 1, n_knots)
+        return Innovations(np.zeros((n, 1, 3)), np.zeros((n, 1, n_knots, 3)), roots)
+
+    def response(self, parameters):
+        """The state is what forces there have been; all residuals are read in the last piece, at the last two knots."""
+        rows, n = self.by_forces(parameters), len(self.columns)
+        ends = np.zeros((1, n - 1, n, n + HATS))
+        for k in range(n - 1):
+            ends[0, k] = np.eye(n, n + HATS)
+            ends[0, k, k, n] = 1.0
+        read = np.hstack([rows[:, : n - 2], np.zeros((len(rows), 2)), rows[:, n - 2 :], np.zeros((len(rows), 1))])
+        firsts = np.append(np.zeros(n - 1, dtype=int), len(rows))
+        return Pieces(ends, read[None], np.arange(len(rows)), firsts)
 
 
 class Pushed(Toy):
@@ -202,13 +217,19 @@ class Pushed(Toy):
         self.prior_of_others = joined(of_theta, {} if known else {"s": of_s})
         super().__init__(joined(of_theta, dict(enumerate([*([] if known else [of_s]), *white]))))
         first = len(self.prior_of_others.mean)
-        self.histories = (ToyHistory(slice(0, self.N_READINGS), np.arange(first, self.n_params), np.arange(1, first)),)
+        columns, process = np.arange(first, self.n_params), np.arange(1, first)
+        self.histories = (ToyHistory(slice(0, self.N_READINGS), columns, process, self._by_forces),)
 
     def with_wide_process(self):
         if self.known:
             return self
         toy = Pushed(sd=self.sd, known=True)
         toy.names = (self.names[0], *self.names[2:])
+        return toy
+
+    def widened(self, scale):
+        toy = Pushed(sd=scale * self.sd, known=self.known)
+        toy.readings, toy.costs = self.readings, self.costs
         return toy
 
     def _parts(self, parameters):
@@ -226,6 +247,12 @@ class Pushed(Toy):
         _, s, w, h = self._parts(np.atleast_2d(parameters))
         by_theta, by_s = self.c + self.h1 @ (s[0] * w[0]), h[0] @ w[0]
         return np.column_stack([by_theta, *([] if self.known else [by_s]), s[0] * h[0]]) / self.sd
+
+    def _by_forces(self, parameters):
+        return self._parts(parameters[None])[3][0] / self.sd
+
+    def jacobian_of_others(self, parameters):
+        return self.jacobian(parameters)[:, : len(self.prior_of_others.mean)]
 
     def marginal(self, theta, s):
         """Log density of the readings given theta and s, but for a constant."""

@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.identifiability.integrated import Integrated
+from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.inference.identifiability.linalg import complete_svd, triangle
 from bayesub.inference.interface import Searchable
 
@@ -34,7 +34,7 @@ def gauss_newton(
     batch, and on the spiral with uniform priors saves six Jacobians of seven.
 
     White coordinates of forces take no part in the ladder. They follow each step as fits best, and the step is that of
-    the readings without them (:mod:`bayesub.inference.identifiability.integrated`).
+    the readings without them (:mod:`bayesub.inference.identifiability.linear_model`).
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def gauss_newton(
     if not np.isfinite(cost):
         raise ValueError("the simulation fails at the start of the search; choose a start that completes the manoeuvre")
     for _ in range(max_iterations):
-        linear = _Linear(problem, t, residuals)
+        linear = LinearModel(problem, t, residuals)
         # Of both together the triangle has all inner products, and a row a parameter where they have one a reading.
         reduced = triangle(np.column_stack([linear.jacobian, linear.residuals]))
         u, s, vt = complete_svd(reduced[:, :-1])
@@ -98,56 +98,6 @@ def gauss_newton(
         jacobians=problem.costs.jacobians - before[1],
         seconds=time.perf_counter() - began,
     )
-
-
-class _Linear:
-    """The linear model of the residuals about t (n_params,), without white coordinates of forces.
-
-    Attributes
-    ----------
-    others : (n_others,) positions of the other parameters
-    prior : of these
-    residuals, jacobian : (n_rows,) and (n_rows, n_others) by their t
-    gain : by how much the cost falls if the white coordinates alone are those that fit best
-    """
-
-    def __init__(self, problem, t, residuals):
-        parameters = problem.prior.parameters(t)
-        self._t, self._residuals, self.gain = t, residuals, 0.0
-        if not getattr(problem, "histories", ()):
-            self._integrated, self.prior, self.others = None, problem.prior, np.arange(len(t))
-            self.residuals, self.jacobian = residuals, self.prior.chain(problem.jacobian(parameters), t)
-            return
-        self._integrated, self.prior = Integrated(problem, parameters), problem.prior_of_others
-        self._white = self._integrated.white
-        self.others = np.delete(np.arange(len(t)), self._white)
-        self._by_others = self.prior.chain(problem.jacobian_of_others(parameters), t[self.others])
-        self.jacobian, _ = self._integrated.out(self._by_others)
-        columns, _ = self._integrated.out(residuals[:, None], t[self._white])
-        self.residuals = columns[:, 0]
-        before = residuals @ residuals + t[self._white] @ t[self._white]
-        self.gain = max(0.0, before - self.residuals @ self.residuals)
-
-    def after(self, steps, bends=0.0):
-        """(n, n_params) t after steps (n, n_others), if the residuals bend by (n, n_rows) from what is linear."""
-        ends = np.tile(self._t, (len(steps), 1))
-        ends[:, self.others] += steps
-        if self._integrated is not None:
-            moved = self._residuals + steps @ self._by_others.T + bends
-            _, ends[:, self._white] = self._integrated.out(moved.T, self._t[self._white])
-        return ends
-
-    def expected(self, steps, ends):
-        """(n, n_rows) residuals that the linear model has after steps (n, n_others), at t (n, n_params)."""
-        if self._integrated is None:
-            return self._residuals + steps @ self.jacobian.T
-        moved = self._residuals + steps @ self._by_others.T
-        self._integrated.respond(moved, ends[:, self._white] - self._t[self._white])
-        return moved
-
-    def out(self, bends):
-        """(n, n_rows) what bends (n, n_rows) of the residuals are without white coordinates."""
-        return bends if self._integrated is None else self._integrated.out(bends.T)[0].T
 
 
 def _within_reach(steps):

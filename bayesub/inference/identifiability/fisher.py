@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from scipy import optimize
 
 from bayesub.inference.identifiability.linalg import null_basis, orthonormal, signed, split_svd
+from bayesub.inference.identifiability.linear_model import marginal_jacobian
 from bayesub.inference.identifiability.null_space import RANK_DRAWS, null_vectors
 from bayesub.inference.interface import Identifiable, InferencePrior, PointEstimate, parameter_vector
 from bayesub.io.notebook import Displayed
@@ -185,11 +186,9 @@ def conditional_sd(problem: Identifiable, draws: np.ndarray) -> np.ndarray:
 
 def _whitened(problem, at, sd) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n,) of the parameters but white coordinates of histories, and the Jacobian in sds (n_params,)."""
-    whitened, others = problem.jacobian(at) * sd, np.arange(problem.n_params)
-    if white := [history.columns for history in problem.histories]:
-        others = np.delete(others, np.concatenate(white))
-        whitened = integrated_out(whitened[:, others], whitened[:, np.concatenate(white)])
-    return others, whitened
+    white = [history.columns for history in problem.histories]
+    others = np.delete(np.arange(problem.n_params), np.concatenate(white) if white else [])
+    return others, marginal_jacobian(problem, at) * sd[others]
 
 
 def correlation_factor(prior: InferencePrior, members: np.ndarray) -> np.ndarray:

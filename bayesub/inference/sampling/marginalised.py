@@ -28,7 +28,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bayesub.inference.identifiability.integrated import Integrated
+from bayesub.inference.identifiability.linear_model import Integrated
 from bayesub.inference.interface import Forced, LatentForces, Sampled
 from bayesub.kernels.kalman import LANES, Pieces, smooth
 

@@ -22,11 +22,12 @@ def toy():
 
 @pytest.fixture(scope="module")
 def marginalised(toy):
-    """Expanded in all directions, however little the response changes along them."""
-    mode = posterior_mode(toy.with_wide_process(), rng=np.random.default_rng(1))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bayesub.inference.sampling.marginalised._ACTIVE", 0.0)
-        return marginal_mode(toy, with_process(toy, mode))[0]
+    """Fitted to draws that are wider than the posterior."""
+    rng = np.random.default_rng(1)
+    mode = posterior_mode(toy.with_wide_process(), rng=rng)
+    marginalised = marginal_mode(toy, with_process(toy, mode))[0]
+    marginalised.fit(marginalised.prior.sample(rng, 40), rng)
+    return marginalised
 
 
 def test_the_density_without_histories_is_the_closed_form(toy, marginalised):
@@ -50,8 +51,8 @@ def test_the_jacobian_is_that_of_the_residuals(marginalised):
 
 
 def test_the_density_with_y_is_exact_whatever_the_expansion(toy, marginalised):
-    """Elsewhere in w: log likelihood, prior of w and the constant derivative of w by y, which differences give."""
-    other = Marginalised(toy, toy.prior.parameters(np.full(toy.n_params, 0.5)), curved=False)
+    """Also with the response elsewhere in psi: log likelihood, prior of w and the constant derivative of w by y, which differences give."""
+    other = Marginalised(toy, toy.prior.parameters(np.full(toy.n_params, 0.5)))
     for part in (marginalised, other):
         place, y = PLACES[:1], np.random.default_rng(2).standard_normal((1, toy.N_WHITE))
         log_density, full = part.density(toy, place, y)
@@ -115,10 +116,27 @@ def test_nuts_agrees():
     assert check.verdict == "agree", check.sentence
 
 
-def test_places_that_are_too_far_have_no_density(marginalised, monkeypatch):
-    """Where G'G is round-off, here made so, the density is zero and no error stops a search."""
-    (part,) = marginalised._responses
-    monkeypatch.setattr(part, "products", -part.products)
-    assert not np.isfinite(marginalised.log_likelihood(PLACES)).any()
-    assert np.isinf(marginalised.misfit(PLACES)[1]).all()
-    assert not np.isfinite(marginalised.residuals(PLACES)[:, -1]).any()
+def test_the_response_is_learned(toy, marginalised):
+    """Negative control: the density by the response at the centre alone is not the closed form."""
+    exact = np.array([toy.marginal(*place) for place in PLACES])
+    other = Marginalised(toy, marginalised.centre)
+    assert np.abs(np.diff(other.log_likelihood(PLACES)) - np.diff(exact)).max() > 0.1
+
+
+def test_what_was_learned_is_restored(toy, marginalised):
+    """Bit for bit, without a simulation."""
+    before = toy.costs.simulations
+    restored = Marginalised(toy, marginalised.centre, marginalised.arrays())
+    assert toy.costs.simulations == before
+    np.testing.assert_array_equal(restored.log_likelihood(PLACES), marginalised.log_likelihood(PLACES))
+
+
+def test_where_a_simulation_fails_there_is_no_density(toy, marginalised, monkeypatch):
+    """And no error stops a search, nor other members of the batch."""
+    residuals = toy.residuals
+    monkeypatch.setattr(
+        toy, "residuals", lambda parameters: np.where(parameters[:, :1] > 0.5, np.nan, residuals(parameters))
+    )
+    fails = PLACES[:, 0] > 0.5
+    np.testing.assert_array_equal(np.isfinite(marginalised.log_likelihood(PLACES)), ~fails)
+    np.testing.assert_array_equal(np.isinf(marginalised.misfit(PLACES)[1]), fails)
