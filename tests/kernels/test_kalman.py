@@ -16,7 +16,7 @@ def case():
     rng, n, n_columns = np.random.default_rng(0), 11, N_STATES + HATS * N_AXES
     numbers = np.sort(rng.integers(0, N_PIECES, N_ROWS - 1))
     pieces = Pieces(
-        0.5 * rng.standard_normal((N_TERMS, N_PIECES, N_STATES, n_columns)),
+        0.3 * rng.standard_normal((N_TERMS, N_PIECES, N_STATES, n_columns)),
         rng.standard_normal((N_TERMS, N_ROWS, n_columns)),
         rng.permutation(N_ROWS - 1),
         np.searchsorted(numbers, np.arange(N_PIECES + 1)),
