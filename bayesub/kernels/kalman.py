@@ -16,6 +16,7 @@ Members of a batch are lanes.
 """
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -109,17 +110,24 @@ def smooth(
     return Smoothed(determinants.ravel()[:n_batch], members(found), members(errors))
 
 
+def causes(pieces: Pieces, forces: np.ndarray) -> Iterator[np.ndarray]:
+    """(n, n_columns) changes of what acts in each piece by changes (n, n_axes, n_knots) of the forces, of one term."""
+    (ends,), n = pieces.ends, len(forces)
+    padded = np.pad(forces, ((0, 0), (0, 0), (0, len(ends) + HATS - forces.shape[2])))
+    state = np.zeros((n, ends.shape[1]))
+    for k, end in enumerate(ends):
+        acting = np.hstack([state, padded[:, :, k : k + HATS].reshape(n, -1)])
+        yield acting
+        state = acting @ end.T
+
+
 def respond(pieces: Pieces, forces: np.ndarray) -> np.ndarray:
     """(n, n_rows) changes of the residuals by changes (n, n_axes, n_knots) of the forces, of pieces of one term."""
-    (ends,), (rows,) = pieces.ends, pieces.rows
-    n_pieces, n_states, _ = ends.shape
-    padded = np.pad(forces, ((0, 0), (0, 0), (0, n_pieces + HATS - forces.shape[2])))
-    result, state = np.zeros((len(forces), len(rows))), np.zeros((len(forces), n_states))
-    for k in range(n_pieces):
-        causes = np.hstack([state, padded[:, :, k : k + HATS].reshape(len(forces), -1)])
+    (rows,) = pieces.rows
+    result = np.zeros((len(forces), len(rows)))
+    for k, acting in enumerate(causes(pieces, forces)):
         read = pieces.order[pieces.firsts[k] : pieces.firsts[k + 1]]
-        result[:, read] = causes @ rows[read].T
-        state = causes @ ends[k].T
+        result[:, read] = acting @ rows[read].T
     return result
 
 

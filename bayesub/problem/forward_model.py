@@ -416,7 +416,9 @@ class ForwardModel:
         knots, axes = self.disturbances.knots, self.disturbances.unknown.axes
         arms = {instrument: arm for instrument, (arm,) in self.mounting.arms(values).items()}
         water = self.currents.water(values, own)
-        outputs = self._readings.outputs(sets, own, given)[0][0]
+        outputs: Any = None
+        if water is not None or self.measurement.displaced:
+            outputs = self._readings.outputs(sets, own, given)[0][0]
         towards = [k for k, axis in enumerate(axes) if axis in WATER]
         forces, n_moved = [k for k, axis in enumerate(axes) if axis in AXES], 0
         with self.costs.timed():

@@ -9,6 +9,7 @@ import bayesub as bs
 from bayesub.findings import missing_terms
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.sampling.histories import marginal_mode
+from bayesub.kernels.kalman import HATS, Pieces
 from bayesub.model.equations import load_equations
 from bayesub.problem.distributions import joined
 from bayesub.problem.disturbances import Disturbances, History, UnknownDisturbance
@@ -31,18 +32,38 @@ def lines(times):
     return np.column_stack(columns)
 
 
+class Known(History):
+    """A history that is read knot by knot, by the last of which all forces are states."""
+
+    disturbances = KNOTS
+
+    def response(self, _):
+        n = len(self.columns)
+        ends = np.zeros((1, n - 1, n, n + HATS))
+        for k in range(n - 1):
+            ends[0, k] = np.eye(n, n + HATS)
+            ends[0, k, k, n] = 1.0
+        rows = np.eye(n, n + HATS) / (NOISE * Forces.scale)
+        rows[n - 2 :] = np.roll(rows[n - 2 :], 2, axis=1)
+        return Pieces(ends, rows[None], np.arange(n), np.append(np.zeros(n - 1, dtype=int), n))
+
+
 class Forces(Linear):
     """Readings of a force: a free coefficient times a regressor of its own, and a history."""
 
     def __init__(self, readings=0.0):
-        (process,) = KNOTS.factors(np.zeros((1, 0)))[0]
+        (process,) = KNOTS.factor(np.zeros((1, 0)))
         n = len(process)
-        self.scale = np.sqrt(np.mean(np.sum(process**2, axis=1)))
+        Forces.scale = np.sqrt(np.mean(np.sum(process**2, axis=1)))
         self.own = 5.0 * self.scale * np.cos(np.arange(n) / 3.0)
         prior = joined(normal(0.0, 1.0), {f"disturbance_Y_{k}": normal(0.0, 1.0) for k in range(n)})
         matrix = np.column_stack([self.own, process])
         super().__init__(matrix, np.zeros(n) + readings, prior, NOISE * self.scale)
-        self.histories = (History(slice(0, n), np.arange(1, n + 1), np.array([], dtype=int), KNOTS),)
+        self.histories = (Known(slice(0, n), np.arange(1, n + 1), np.array([], dtype=int), None, np.arange(n + 1)),)
+        self.prior_of_others = joined(normal(0.0, 1.0), {})
+
+    def jacobian_of_others(self, parameters):
+        return self.jacobian(parameters)[:, :1]
 
     def each_trial(self, parameters):
         yield "", self, parameters

@@ -30,12 +30,13 @@ import numpy as np
 
 from bayesub.inference.identifiability.linear_model import Integrated
 from bayesub.inference.interface import Forced, LatentForces, Sampled
-from bayesub.kernels.kalman import LANES, Pieces, smooth
+from bayesub.kernels.kalman import LANES, Pieces, causes, smooth
 
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
-_DRAWS = 3  # for each term, to which these are fitted
-_CURVED = 30  # directions that have squares at most
-_STORED = (*Pieces._fields, "forces", "bends")
+_DRAWS = 3  # for each feature, to which terms are fitted
+_ACTIVE, _MOST_ACTIVE = 0.03, 8  # change of G, in what matters, along directions that have products; how many at most
+_WORTH = 0.01  # change of G that is worth a term
+_STORED = (*Pieces._fields, "mix", "forces", "bends")
 _NEWTON = 2  # steps to the forces that fit best at each draw
 
 
@@ -44,14 +45,15 @@ class _Response:
 
     Attributes
     ----------
-    pieces : G between knots, a term for each of the first features
-    forces : (n_terms, n_axes, n_knots) near those that fit best, a term for each feature
+    pieces : G between knots, of n_terms
+    mix : (n_features, n_terms)
+    forces : (n_features, n_axes, n_knots) near those that fit best
     bends : (n_rows,) means of the squares of w in the residuals
     """
 
-    def __init__(self, history: LatentForces, pieces: Pieces, forces: np.ndarray, bends: np.ndarray):
+    def __init__(self, history: LatentForces, pieces: Pieces, mix: np.ndarray, forces: np.ndarray, bends: np.ndarray):
         self.history, self.rows, self.columns = history, history.rows, history.columns
-        self.pieces, self.forces, self.bends = pieces, forces, bends
+        self.pieces, self.mix, self.forces, self.bends = pieces, mix, forces, bends
 
     def solve(self, features, full, residuals, y=None):
         """What is known of w, members of full (n, n_all) with the residuals (n, n_rows) there."""
@@ -59,8 +61,19 @@ class _Response:
         white = full[:, self.columns].reshape(n, n_axes, n_knots)
         about = residuals[:, self.rows] + self.bends
         y = None if y is None else y.reshape(white.shape)
-        terms = features[:, : len(self.pieces.ends)]
-        return smooth(self.pieces, terms, self.history.innovations(full), about, white, y)
+        return smooth(self.pieces, features @ self.mix, self.history.innovations(full), about, white, y)
+
+    def weighed(self, pieces, scales):
+        """(n, k) all numbers of pieces of n terms, a unit of which matters as much as a standard deviation of noise.
+
+        The scales (n_pieces, n_columns) are standard deviations of what acts in a piece.
+        """
+        n, n_states = len(pieces.ends), pieces.ends.shape[2]
+        after = np.vstack([scales[1:, :n_states], np.ones((1, n_states))])
+        numbers = np.zeros(pieces.rows.shape[1], dtype=int)
+        numbers[pieces.order] = np.repeat(np.arange(len(scales)), np.diff(pieces.firsts))
+        ends = pieces.ends * scales[:, None] / np.maximum(after, np.finfo(float).tiny)[:, :, None]
+        return np.hstack([ends.reshape(n, -1), (pieces.rows * scales[numbers]).reshape(n, -1)])
 
 
 class Marginalised:
@@ -81,20 +94,19 @@ class Marginalised:
         process = np.unique(np.concatenate([h.process for h in problem.histories]))
         self._moving = ~np.isin(self.others, process)
         self._x = self.prior.scaled(self.centre[self.others])
-        self._curved = 0
         if arrays is None:
             self._expand()
             return
-        self._axes, self._onto, self._curved = arrays["axes"], arrays["onto"], int(arrays["curved"])
+        self._axes, self._onto, self._active = (arrays[key] for key in ("axes", "onto", "active"))
         parts = [[arrays[f"response_{k}_{key}"] for key in _STORED] for k in range(len(problem.histories))]
         pairs = zip(problem.histories, parts, strict=True)
         self._responses = [_Response(history, Pieces(*own[:4]), *own[4:]) for history, own in pairs]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What it has learned, to be stored."""
-        arrays = {"centre": self.centre, "axes": self._axes, "onto": self._onto, "curved": np.array(self._curved)}
+        arrays = {"centre": self.centre, "axes": self._axes, "onto": self._onto, "active": self._active}
         for k, response in enumerate(self._responses):
-            parts = *response.pieces, response.forces, response.bends
+            parts = *response.pieces, response.mix, response.forces, response.bends
             arrays |= {f"response_{k}_{key}": part for key, part in zip(_STORED, parts, strict=True)}
         return arrays
 
@@ -113,37 +125,55 @@ class Marginalised:
         covariance = np.linalg.inv(rows.T @ rows + np.eye(self.n_params))[np.ix_(self._moving, self._moving)]
         values, vectors = np.linalg.eigh(covariance)
         self._axes = vectors * np.sqrt(values)  # of x; column j is a standard deviation along the jth
-        self._onto = vectors / np.sqrt(values)
+        self._onto, self._active = vectors / np.sqrt(values), np.zeros((len(values), 0))
         following = self._axes.T @ following[self._moving]  # of white coordinates by these
         self._responses = []
         for history, pieces, innovations in linear.parts:
             own = np.searchsorted(self.white, history.columns)
             white = np.vstack([self.centre[history.columns], following[:, own]])
             forces = innovations.repeated(len(white)).forces(white.reshape(len(white), *innovations.roots.shape[1:]))
-            bends = np.zeros(pieces.rows.shape[1])
-            self._responses.append(_Response(history, pieces, forces, bends))
+            mix, bends = np.eye(len(white), 1), np.zeros(pieces.rows.shape[1])
+            self._responses.append(_Response(history, pieces, mix, forces, bends))
 
     def _features(self, others):
-        """(n, n_terms) of others (n, n_params): one, the principal coordinates, and squares of the widest of these."""
+        """(n, n_features) of others (n, n_params): one, the principal coordinates, and products of active ones."""
         z = (self.prior.scaled(others) - self._x)[:, self._moving] @ self._onto
-        return np.hstack([np.ones((len(z), 1)), z, z[:, z.shape[1] - self._curved :] ** 2 - 1.0])
+        active = z @ self._active
+        first, second = np.triu_indices(active.shape[1])
+        return np.hstack([np.ones((len(z), 1)), z, active[:, first] * active[:, second]])
 
     def fit(self, others: np.ndarray, rng: np.random.Generator) -> None:
         """Fit G and the forces to what they are at draws (n, n_params) of the others."""
         full, _ = self._solved(others)
         exact: list[list[tuple]] = [[] for _ in self._responses]
         for first in range(0, len(full), LANES):
-            some = slice(first, first + LANES)
-            for found, one in zip(exact, self._exact(full[some], rng), strict=True):
+            for found, one in zip(exact, self._exact(full[first : first + LANES], rng), strict=True):
                 found.append(one)
-        self._curved = min(_CURVED, self._onto.shape[1])
-        features = self._features(others)
-        for response, found in zip(self._responses, exact, strict=True):
-            ends, rows, forces, bends = (np.concatenate(parts) for parts in zip(*found, strict=True))
-            known = np.isfinite(forces).all(axis=(1, 2))
-            pieces = Pieces(*(_fitted(features[known], part[known]) for part in (ends, rows)), *response.pieces[2:])
-            response.pieces, response.forces = pieces, _fitted(features[known], forces[known])
-            response.bends = bends[known].mean(axis=0)
+        found = []
+        for response, batches in zip(self._responses, exact, strict=True):
+            *parts, squares = zip(*batches, strict=True)
+            ends, rows, forces, bends = map(np.concatenate, parts)
+            scales = np.sqrt(np.nanmean(np.concatenate(squares), axis=0))
+            found.append((Pieces(ends, rows, *response.pieces[2:]), forces, bends, scales))
+        known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, forces, *_ in found], axis=0)
+        # Active directions: the principal ones of what G changes by along each coordinate.
+        self._active = np.zeros((self._onto.shape[1], 0))
+        linear, changes = self._features(others)[known], 0.0
+        for response, (pieces, _, _, scales) in zip(self._responses, found, strict=True):
+            slopes = _fitted(linear, response.weighed(pieces, scales)[known])[1:]
+            changes += slopes @ slopes.T
+        squares, vectors = np.linalg.eigh(changes)
+        self._active = vectors[:, squares > _ACTIVE**2][:, -_MOST_ACTIVE:]
+        features = self._features(others)[known]
+        for response, (pieces, forces, bends, scales) in zip(self._responses, found, strict=True):
+            terms = [_fitted(features, part[known]) for part in pieces[:2]]
+            # Few sums of terms are all that matters: the principal components of what they make of the draws.
+            made = features @ response.weighed(Pieces(*terms, *pieces[2:]), scales)
+            squares, members = np.linalg.eigh(made @ made.T / len(made))
+            members = members[:, squares > _WORTH**2]
+            response.mix = _fitted(features, members)
+            response.pieces = Pieces(*(np.tensordot(members.T @ features, term, axes=1) for term in terms), *pieces[2:])
+            response.forces, response.bends = _fitted(features, forces[known]), bends[known].mean(axis=0)
 
     def _exact(self, full, rng) -> Iterator[tuple]:
         """Of a few members (n, n_all) the response of each trial at the forces that fit best, these, and bends."""
@@ -152,7 +182,8 @@ class Marginalised:
         for response in self._responses:
             each = [response.history.response(parameters) for parameters in full]
             pieces = Pieces(*(np.concatenate([getattr(one, key) for one in each]) for key in ("ends", "rows")), *each[0][2:])
-            responses.append(_Response(response.history, pieces, response.forces, np.zeros(len(response.bends))))
+            unbent = np.zeros(len(response.bends))
+            responses.append(_Response(response.history, pieces, np.eye(n), response.forces, unbent))
         for _ in range(_NEWTON):
             for response in responses:
                 full[:, response.columns] = response.solve(np.eye(n), full, residuals).white.reshape(n, -1)
@@ -166,8 +197,14 @@ class Marginalised:
         bends = 0.5 * sum(self.problem.residuals(side) for side in sides) - residuals
         for response in responses:
             white = full[:, response.columns].reshape(n, *response.forces.shape[1:])
-            forces = response.history.innovations(full).forces(white)
-            yield response.pieces.ends, response.pieces.rows, forces, bends[:, response.rows]
+            sequences = response.history.innovations(full)
+            forces, pieces = sequences.forces(white), response.pieces
+            drawn = sequences.forces(sides[0][:, response.columns].reshape(white.shape)) - forces
+            squares = np.empty((n, *(pieces.ends.shape[1], pieces.ends.shape[3])))
+            for k, change in enumerate(drawn):
+                one = Pieces(pieces.ends[[k]], pieces.rows[[k]], *pieces[2:])
+                squares[k] = np.concatenate(list(causes(one, change[None]))) ** 2
+            yield pieces.ends, pieces.rows, forces, bends[:, response.rows], squares
 
     def _solved(self, others, y=None):
         """All parameters (n, n_all) at w*, or at y from there, of others (n, n_params); log determinants (n,)."""
@@ -175,7 +212,7 @@ class Marginalised:
         full = np.empty((n, self.problem.n_params))
         full[:, self.others] = others
         for response in self._responses:
-            forces = np.tensordot(features[:, : len(response.forces)], response.forces, axes=1)
+            forces = np.tensordot(features, response.forces, axes=1)
             full[:, response.columns] = response.history.innovations(full).white(forces).reshape(n, -1)
         residuals, log_determinants = self.problem.residuals(full), np.zeros(n)
         for response in self._responses:
@@ -253,8 +290,7 @@ class Marginalised:
     @property
     def n_draws(self) -> int:
         """How many draws :meth:`fit` wants."""
-        n = self._onto.shape[1]
-        return _DRAWS * (1 + n + min(_CURVED, n))
+        return _DRAWS * (1 + self._onto.shape[1] + _MOST_ACTIVE * (_MOST_ACTIVE + 1) // 2)
 
 
 def _fitted(features, values):
