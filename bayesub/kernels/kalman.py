@@ -11,8 +11,6 @@ that act in a piece and of p at the knot after these. The Kalman filter takes it
 the variances of what it could not foresee is the determinant of the information about w. Going back, the simulation
 smoother of de Jong and Shephard (Biometrika 1995, 82) makes of standard normal y draws of w, whose mean are the w that
 fit best.
-
-Members of a batch are lanes.
 """
 
 import math
@@ -24,8 +22,8 @@ from numba import prange
 
 from bayesub.kernels.jit import inline, jit
 
-LANES = 8
 HATS = 3  # forces of an axis that act in a piece
+_NUMBERS = 4_000_000  # of pieces of members that are in memory at once
 
 
 class Pieces(NamedTuple):
@@ -89,25 +87,21 @@ def smooth(
     white : (n_batch, n_axes, n_knots), about which the response is linear
     y : (n_batch, n_axes, n_knots), standard normal, for draws in place of the best
     """
-    n_batch, n_axes, n_knots = white.shape
-    n_groups = -(-n_batch // LANES)
-
-    def lanes(array):
-        """(n_groups, .., LANES); the last group is filled up with the last member."""
-        filled = np.concatenate([array, np.repeat(array[-1:], n_groups * LANES - n_batch, axis=0)])
-        return np.ascontiguousarray(np.moveaxis(filled.reshape(n_groups, LANES, *array.shape[1:]), 1, -1))
-
-    given = [lanes(array) for array in (features, *innovations, residuals, white)]
-    noise = lanes(np.zeros_like(white) if y is None else y)
-    determinants, found, errors = np.empty((n_groups, LANES)), np.empty_like(noise), given[-2].copy()
-    ends, rows = np.ascontiguousarray(pieces.ends), np.ascontiguousarray(pieces.rows)
-    ends = ends.reshape(*ends.shape[:2], -1)
-    _smooth(ends, rows, *given, noise, y is not None, pieces.order, pieces.firsts, determinants, found, errors)
-
-    def members(array):
-        return np.moveaxis(array, -1, 1).reshape(-1, *array.shape[1:-1])[:n_batch]
-
-    return Smoothed(determinants.ravel()[:n_batch], members(found), members(errors))
+    n_terms, n = pieces.rows.shape[0], len(white)
+    found, errors, log_determinants = np.empty(white.shape), np.array(residuals), np.empty(n)
+    shapes = pieces.ends.shape[1:], pieces.rows.shape[1:]
+    terms = [np.ascontiguousarray(part).reshape(n_terms, -1) for part in pieces[:2]]
+    step = max(1, _NUMBERS // (terms[0].shape[1] + terms[1].shape[1]))
+    for first in range(0, n, step):
+        some = slice(first, first + step)
+        ends, rows = ((features[some] @ part).reshape(-1, *shape) for part, shape in zip(terms, shapes, strict=True))
+        given = [np.ascontiguousarray(part[some]) for part in (*innovations, residuals, white)]
+        noise = given[-1] if y is None else np.ascontiguousarray(y[some])
+        _smooth(
+            ends, rows, *given, noise, y is not None, pieces.order, pieces.firsts, log_determinants[some], found[some],
+            errors[some],
+        )  # fmt: skip
+    return Smoothed(log_determinants, found, errors)
 
 
 def causes(pieces: Pieces, forces: np.ndarray) -> Iterator[np.ndarray]:
@@ -165,319 +159,224 @@ def _predict(last, gain, shock, ahead):
 
 
 @inline
-def _update(row, residual, n_columns, mean, spread, gain, error, variance, determinant):
-    """Take one reading, and keep its gain (n, LANES), its error and the variance of that."""
-    n = mean.shape[0]
-    for i in range(n):
-        for lane in range(LANES):
-            gain[i, lane] = 0.0
-        for j in range(n_columns):
-            for lane in range(LANES):
-                gain[i, lane] += spread[i, j, lane] * row[j, lane]
-    for lane in range(LANES):
-        variance[lane], error[lane] = 1.0, -residual[lane]
-    for j in range(n_columns):
-        for lane in range(LANES):
-            variance[lane] += row[j, lane] * gain[j, lane]
-            error[lane] -= row[j, lane] * mean[j, lane]
-    for lane in range(LANES):
-        determinant[lane] += math.log(variance[lane])
-    for i in range(n):
-        for j in range(n):
-            for lane in range(LANES):
-                spread[i, j, lane] -= gain[i, lane] * gain[j, lane] / variance[lane]
-    for i in range(n):
-        for lane in range(LANES):
-            gain[i, lane] /= variance[lane]
-            mean[i, lane] += gain[i, lane] * error[lane]
+def _add(factor, x, y):
+    """Add a factor times a vector x to y."""
+    for j in range(len(y)):
+        y[j] += factor * x[j]
 
 
 @inline
-def _undo(row, n_columns, gain, error, variance, slope, curvature, scratch, draws):
+def _dot(x, y):
+    result = 0.0
+    for j in range(len(x)):
+        result += x[j] * y[j]
+    return result
+
+
+@inline
+def _update(row, residual, mean, spread, gain):
+    """Take a reading; gain (n,), error and variance of what it could not foresee."""
+    n_columns, n = len(row), len(mean)
+    across = np.zeros(n)
+    for j in range(n_columns):
+        _add(row[j], spread[j], across)
+    variance = 1.0 + _dot(row, across[:n_columns])
+    error = -residual - _dot(row, mean[:n_columns])
+    for i in range(n):
+        gain[i] = across[i] / variance
+    _add(error, gain, mean)
+    for i in range(n):
+        _add(-across[i], gain, spread[i])
+    return error, variance
+
+
+@inline
+def _undo(row, gain, error, variance, slope, curvature, draws):
     """Take a reading back: what comes later and it, by the state before it."""
-    n = slope.shape[0]
-    ahead, onto = scratch[0], scratch[1]
-    for lane in range(LANES):
-        ahead[0, lane] = error[lane] / variance[lane]
-    for i in range(n):
-        for lane in range(LANES):
-            ahead[0, lane] -= gain[i, lane] * slope[i, lane]
-    for j in range(n_columns):
-        for lane in range(LANES):
-            slope[j, lane] += row[j, lane] * ahead[0, lane]
+    n_columns, n = len(row), len(slope)
+    _add(error / variance - _dot(gain, slope), row, slope[:n_columns])
     if not draws:
         return
-    for lane in range(LANES):
-        ahead[0, lane] = 1.0 / variance[lane]
+    onto = np.zeros(n)
     for i in range(n):
-        for lane in range(LANES):
-            onto[i, lane] = 0.0
-        for j in range(n):
-            for lane in range(LANES):
-                onto[i, lane] += curvature[i, j, lane] * gain[j, lane]
-        for lane in range(LANES):
-            ahead[0, lane] += gain[i, lane] * onto[i, lane]
+        _add(gain[i], curvature[i], onto)
+    own = 1.0 / variance + _dot(gain, onto)
     for i in range(n_columns):
-        for j in range(n):
-            for lane in range(LANES):
-                curvature[i, j, lane] -= row[i, lane] * onto[j, lane]
-    for i in range(n):
-        for j in range(n_columns):
-            for lane in range(LANES):
-                curvature[i, j, lane] -= onto[i, lane] * row[j, lane]
-    for i in range(n_columns):
-        for j in range(n_columns):
-            for lane in range(LANES):
-                curvature[i, j, lane] += ahead[0, lane] * row[i, lane] * row[j, lane]
+        _add(-row[i], onto, curvature[i])
+        _add(own * row[i] - onto[i], row, curvature[i, :n_columns])
+    for i in range(n_columns, n):
+        _add(-onto[i], row, curvature[i, :n_columns])
 
 
 @inline
-def _advance(end, mean, spread, scratch):
+def _advance(end, mean, spread):
     """From the start of a piece to its end."""
-    n_states, n_columns, _ = end.shape
-    n = mean.shape[0]
+    n_states, n_columns = end.shape
+    moved, state = np.zeros((n_states, len(mean))), np.empty(n_states)
     for k in range(n_states):
-        for j in range(n):
-            for lane in range(LANES):
-                scratch[k, j, lane] = 0.0
-            for i in range(n_columns):
-                for lane in range(LANES):
-                    scratch[k, j, lane] += end[k, i, lane] * spread[i, j, lane]
-        for lane in range(LANES):
-            scratch[n_states, k, lane] = 0.0
+        state[k] = _dot(end[k], mean[:n_columns])
         for i in range(n_columns):
-            for lane in range(LANES):
-                scratch[n_states, k, lane] += end[k, i, lane] * mean[i, lane]
+            _add(end[k, i], spread[i], moved[k])
     for k in range(n_states):
-        for lane in range(LANES):
-            mean[k, lane] = scratch[n_states, k, lane]
-        for j in range(n_states, n):
-            for lane in range(LANES):
-                spread[k, j, lane] = scratch[k, j, lane]
-                spread[j, k, lane] = scratch[k, j, lane]
+        mean[k] = state[k]
+        for j in range(n_states, len(mean)):
+            spread[k, j] = spread[j, k] = moved[k, j]
         for m in range(n_states):
-            for lane in range(LANES):
-                spread[k, m, lane] = 0.0
-            for i in range(n_columns):
-                for lane in range(LANES):
-                    spread[k, m, lane] += scratch[k, i, lane] * end[m, i, lane]
+            spread[k, m] = _dot(moved[k, :n_columns], end[m])
 
 
 @inline
-def _retreat(end, slope, curvature, scratch, draws):
+def _retreat(end, slope, curvature, draws):
     """From the end of a piece to its start."""
-    n_states, n_columns, _ = end.shape
-    n = slope.shape[0]
-    column = scratch[n_states]
-    _transposed(end, slope, column)
+    n_states, n_columns = end.shape
+    _transposed(end, slope)
     if not draws:
         return
-    for j in range(n):  # rows, and then columns, which are the same by symmetry
-        for i in range(n):
-            for lane in range(LANES):
-                column[i, lane] = curvature[i, j, lane]
-        _transposed(end, column, scratch[n_states + 1])
-        for i in range(n):
-            for lane in range(LANES):
-                curvature[i, j, lane] = column[i, lane]
-    for j in range(n):
-        _transposed(end, curvature[j], column)
-
-
-@inline
-def _transposed(end, vector, column):
-    """The transposed transition of a piece times a vector (n, LANES), in place."""
-    n_states, n_columns, _ = end.shape
+    for i in range(len(slope)):
+        _transposed(end, curvature[i])
+    moved = curvature[:n_states].copy()
+    curvature[:n_states] = 0.0
     for i in range(n_columns):
-        for lane in range(LANES):
-            column[i, lane] = 0.0 if i < n_states else vector[i, lane]
         for k in range(n_states):
-            for lane in range(LANES):
-                column[i, lane] += end[k, i, lane] * vector[k, lane]
-    for i in range(n_columns):
-        for lane in range(LANES):
-            vector[i, lane] = column[i, lane]
+            _add(end[k, i], moved[k], curvature[i])
 
 
 @inline
-def _shift(vector, axis, n_states, n_columns, last, lives):
-    """The state after the knot, of an axis, without its noise: a vector (n, LANES) in place."""
-    n_lags = last.shape[1]
-    first, lags = n_states + HATS * axis, n_columns + axis * n_lags
+def _transposed(end, vector):
+    """The transposed transition of a piece times a vector (n,), in place."""
+    n_states, n_columns = end.shape
+    states = vector[:n_states].copy()
+    vector[:n_states] = 0.0
+    for k in range(n_states):
+        _add(states[k], end[k], vector[:n_columns])
+
+
+@inline
+def _shift(vector, first, lags, last, lives):
+    """The state after a knot, of an axis, without its noise: a vector (n,) in place."""
+    n_lags = len(last)
     for d in range(HATS - 1):
-        for lane in range(LANES):
-            vector[first + d, lane] = vector[first + d + 1, lane]
-    for lane in range(LANES):
-        vector[first + HATS - 1, lane] = vector[lags, lane] if lives else 0.0
-        predicted = 0.0
-        for i in range(n_lags):
-            predicted += last[axis, i, lane] * vector[lags + i, lane]
-        for i in range(n_lags - 1):
-            vector[lags + i, lane] = vector[lags + i + 1, lane] if lives else 0.0
-        vector[lags + n_lags - 1, lane] = predicted if lives else 0.0
+        vector[first + d] = vector[first + d + 1]
+    vector[first + HATS - 1] = vector[lags] if lives else 0.0
+    predicted = _dot(last, vector[lags : lags + n_lags])
+    for i in range(n_lags - 1):
+        vector[lags + i] = vector[lags + i + 1] if lives else 0.0
+    vector[lags + n_lags - 1] = predicted if lives else 0.0
 
 
 @inline
-def _unshift(vector, axis, n_states, n_columns, last, lives):
+def _unshift(vector, first, lags, last, lives):
     """The transpose of :func:`_shift`."""
-    n_lags = last.shape[1]
-    first, lags = n_states + HATS * axis, n_columns + axis * n_lags
-    for lane in range(LANES):
-        end, level = vector[lags + n_lags - 1, lane], vector[first + HATS - 1, lane]
-        for i in range(n_lags - 1, -1, -1):
-            before = vector[lags + i - 1, lane] if i > 0 else level
-            vector[lags + i, lane] = before + last[axis, i, lane] * end if lives else 0.0
+    n_lags = len(last)
+    end, level = vector[lags + n_lags - 1], vector[first + HATS - 1]
+    for i in range(n_lags - 1, -1, -1):
+        before = vector[lags + i - 1] if i > 0 else level
+        vector[lags + i] = before + last[i] * end if lives else 0.0
     for d in range(HATS - 1, 0, -1):
-        for lane in range(LANES):
-            vector[first + d, lane] = vector[first + d - 1, lane]
-    for lane in range(LANES):
-        vector[first, lane] = 0.0
+        vector[first + d] = vector[first + d - 1]
+    vector[first] = 0.0
 
 
 @inline
-def _inject(knot, n_states, n_columns, last, gains, roots, white, mean, spread):
+def _noise(noise, first, lags, root, gain):
+    """How a white coordinate enters the state (n,)."""
+    noise[:] = 0.0
+    noise[first + HATS - 1] = root
+    noise[lags : lags + len(gain)] = gain
+
+
+@inline
+def _inject(knot, n_states, n_columns, last, gains, roots, white, mean, spread, noise):
     """The forces of a knot become part of the state, and those of the first knot leave it."""
-    n_axes, n_knots, n_lags, _ = gains.shape
-    n, lives = mean.shape[0], knot < n_knots
+    n_axes, n_knots, n_lags = gains.shape
+    lives = knot < n_knots
     for a in range(n_axes):
-        _shift(mean, a, n_states, n_columns, last, lives)
-        for i in range(n):
-            _shift(spread[i], a, n_states, n_columns, last, lives)
-        for i in range(n):
-            _shift(spread[:, i], a, n_states, n_columns, last, lives)
+        first, lags = n_states + HATS * a, n_columns + a * n_lags
+        _shift(mean, first, lags, last[a], lives)
+        for i in range(len(mean)):
+            _shift(spread[i], first, lags, last[a], lives)
+        for i in range(len(mean)):
+            _shift(spread[:, i], first, lags, last[a], lives)
         if lives:
-            level, lags = n_states + HATS * a + HATS - 1, n_columns + a * n_lags
-            for lane in range(LANES):
-                root, offset = roots[a, knot, lane], white[a, knot, lane]
-                mean[level, lane] -= root * offset
-                spread[level, level, lane] += root * root
-                for i in range(n_lags):
-                    gain = gains[a, knot, i, lane]
-                    mean[lags + i, lane] -= gain * offset
-                    spread[level, lags + i, lane] += root * gain
-                    spread[lags + i, level, lane] += root * gain
-                    for m in range(n_lags):
-                        spread[lags + i, lags + m, lane] += gain * gains[a, knot, m, lane]
+            _noise(noise, first, lags, roots[a, knot], gains[a, knot])
+            _add(-white[a, knot], noise, mean)
+            _add(roots[a, knot], noise, spread[first + HATS - 1])
+            for i in range(n_lags):
+                _add(gains[a, knot, i], noise, spread[lags + i])
 
 
 @inline
 def _withdraw(
-    knot, n_states, n_columns, last, gains, roots, white, noise, draws, slope, curvature, found, scratch
+    knot, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across
 ):  # fmt: skip
     """The white coordinates of a knot, and what comes later by the state before it."""
-    n_axes, n_knots, n_lags, _ = gains.shape
-    n, lives = slope.shape[0], knot < n_knots
-    across = scratch[0]
+    n_axes, n_knots, n_lags = gains.shape
+    lives = knot < n_knots
     for a in range(n_axes - 1, -1, -1):
-        level, lags = n_states + HATS * a + HATS - 1, n_columns + a * n_lags
+        first, lags = n_states + HATS * a, n_columns + a * n_lags
         if lives:
-            for lane in range(LANES):
-                best = roots[a, knot, lane] * slope[level, lane]
-                for i in range(n_lags):
-                    best += gains[a, knot, i, lane] * slope[lags + i, lane]
-                found[a, knot, lane] = best
+            _noise(noise, first, lags, roots[a, knot], gains[a, knot])
+            found[a, knot] = _dot(noise, slope)
         if lives and draws:
-            for i in range(n):
-                for lane in range(LANES):
-                    across[i, lane] = roots[a, knot, lane] * curvature[level, i, lane]
-                for m in range(n_lags):
-                    for lane in range(LANES):
-                        across[i, lane] += gains[a, knot, m, lane] * curvature[lags + m, i, lane]
-        _unshift(slope, a, n_states, n_columns, last, lives)
+            across[:] = 0.0
+            _add(roots[a, knot], curvature[first + HATS - 1], across)
+            for i in range(n_lags):
+                _add(gains[a, knot, i], curvature[lags + i], across)
+            left = 1.0 - _dot(noise, across)
+            deviation = math.sqrt(left) * given[a, knot]
+            found[a, knot] += deviation
+        _unshift(slope, first, lags, last[a], lives)
         if not draws:
             continue
-        for i in range(n):
-            _unshift(curvature[i], a, n_states, n_columns, last, lives)
-        for i in range(n):
-            _unshift(curvature[:, i], a, n_states, n_columns, last, lives)
-        if not lives:
-            continue
-        for lane in range(LANES):
-            left = 1.0 - roots[a, knot, lane] * across[level, lane]
-            for m in range(n_lags):
-                left -= gains[a, knot, m, lane] * across[lags + m, lane]
-            scratch[1, 0, lane] = left
-            scratch[1, 1, lane] = math.sqrt(left) * noise[a, knot, lane]
-            found[a, knot, lane] += scratch[1, 1, lane]
-        _unshift(across, a, n_states, n_columns, last, lives)
-        for i in range(n):
-            for lane in range(LANES):
-                slope[i, lane] -= across[i, lane] * scratch[1, 1, lane] / scratch[1, 0, lane]
-            for m in range(n):
-                for lane in range(LANES):
-                    curvature[i, m, lane] += across[i, lane] * across[m, lane] / scratch[1, 0, lane]
-
-
-@inline
-def _summed(terms, features, result):
-    """Numbers (n, LANES) of terms (n_terms, n) and features (n_terms, LANES)."""
-    n_terms, n = terms.shape
-    for i in range(n):
-        for lane in range(LANES):
-            result[i, lane] = terms[0, i] * features[0, lane]
-    for t in range(1, n_terms):
-        for i in range(n):
-            for lane in range(LANES):
-                result[i, lane] += terms[t, i] * features[t, lane]
+        for i in range(len(slope)):
+            _unshift(curvature[i], first, lags, last[a], lives)
+        for i in range(len(slope)):
+            _unshift(curvature[:, i], first, lags, last[a], lives)
+        if lives:
+            _unshift(across, first, lags, last[a], lives)
+            _add(-deviation / left, across, slope)
+            for i in range(len(across)):
+                _add(across[i] / left, across, curvature[i])
 
 
 @jit
-def _smooth_group(
-    end_terms, row_terms, features, last, gains, roots, residuals, white, noise, draws, order, firsts, determinant,
-    found, errors,
-):  # fmt: skip
-    n_pieces, n_columns = end_terms.shape[1], row_terms.shape[2]
-    n_states = end_terms.shape[2] // n_columns
-    n_axes, n_knots, n_lags, _ = gains.shape
-    n_read, n = len(order), n_columns + n_axes * n_lags
-    ends, row = np.empty((n_pieces, n_states, n_columns, LANES)), np.empty((n_read, n_columns, LANES))
-    for k in range(n_pieces):
-        _summed(end_terms[:, k], features, ends[k].reshape(n_states * n_columns, LANES))
-    for k in range(n_read):
-        _summed(row_terms[:, order[k]], features, row[k])
-    mean, spread = np.zeros((n, LANES)), np.zeros((n, n, LANES))
-    kept_gain, kept_error = np.empty((n_read, n, LANES)), np.empty((n_read, LANES))
-    kept_variance = np.empty((n_read, LANES))
-    scratch = np.empty((n, n, LANES))
-    for i in range(LANES):
-        determinant[i] = 0.0
+def _smooth_one(ends, rows, last, gains, roots, residuals, white, given, draws, order, firsts, found, errors):
+    n_pieces, n_states, n_columns = ends.shape
+    n_axes, n_knots, n_lags = gains.shape
+    n = n_columns + n_axes * n_lags
+    mean, spread, noise, across = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    kept_gain, kept_error, kept_variance = np.empty((len(order), n)), np.empty(len(order)), np.empty(len(order))
+    log_determinant = 0.0
     for j in range(min(HATS, n_knots)):
-        _inject(j, n_states, n_columns, last, gains, roots, white, mean, spread)
+        _inject(j, n_states, n_columns, last, gains, roots, white, mean, spread, noise)
     for k in range(n_pieces):
         for i in range(firsts[k], firsts[k + 1]):
-            _update(
-                row[i], residuals[order[i]], n_columns, mean, spread, kept_gain[i], kept_error[i], kept_variance[i],
-                determinant,
-            )  # fmt: skip
-            for lane in range(LANES):
-                errors[order[i], lane] = -kept_error[i, lane] / math.sqrt(kept_variance[i, lane])
-        _advance(ends[k], mean, spread, scratch)
-        _inject(k + HATS, n_states, n_columns, last, gains, roots, white, mean, spread)
+            error, variance = _update(rows[order[i]], residuals[order[i]], mean, spread, kept_gain[i])
+            kept_error[i], kept_variance[i] = error, variance
+            errors[order[i]] = -error / math.sqrt(variance)
+            log_determinant += math.log(variance)
+        _advance(ends[k], mean, spread)
+        _inject(k + HATS, n_states, n_columns, last, gains, roots, white, mean, spread, noise)
     # Back: `slope` is the gradient of the log density of what comes later by the state, `curvature` its information.
-    slope, curvature = np.zeros((n, LANES)), np.zeros((n, n, LANES))
+    slope, curvature = np.zeros(n), np.zeros((n, n))
     for k in range(n_pieces - 1, -1, -1):
         _withdraw(
-            k + HATS, n_states, n_columns, last, gains, roots, white, noise, draws, slope, curvature, found,
-            scratch,
-        )  # fmt: skip
-        _retreat(ends[k], slope, curvature, scratch, draws)
+            k + HATS, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across
+        )
+        _retreat(ends[k], slope, curvature, draws)
         for i in range(firsts[k + 1] - 1, firsts[k] - 1, -1):
-            _undo(
-                row[i], n_columns, kept_gain[i], kept_error[i], kept_variance[i], slope, curvature, scratch, draws,
-            )  # fmt: skip
+            _undo(rows[order[i]], kept_gain[i], kept_error[i], kept_variance[i], slope, curvature, draws)
     for j in range(min(HATS, n_knots) - 1, -1, -1):
-        _withdraw(
-            j, n_states, n_columns, last, gains, roots, white, noise, draws, slope, curvature, found, scratch
-        )  # fmt: skip
+        _withdraw(j, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across)
+    return log_determinant
 
 
 @jit(threads=True)
 def _smooth(
-    ends, rows, features, last, gains, roots, residuals, white, noise, draws, order, firsts, determinants, found,
-    errors,
+    ends, rows, last, gains, roots, residuals, white, given, draws, order, firsts, log_determinants, found, errors
 ):  # fmt: skip
-    for group in prange(features.shape[0]):
-        _smooth_group(
-            ends, rows, features[group], last[group], gains[group], roots[group], residuals[group], white[group],
-            noise[group], draws, order, firsts, determinants[group], found[group], errors[group],
+    for k in prange(len(ends)):
+        log_determinants[k] = _smooth_one(
+            ends[k], rows[k], last[k], gains[k], roots[k], residuals[k], white[k], given[k], draws, order, firsts,
+            found[k], errors[k],
         )  # fmt: skip

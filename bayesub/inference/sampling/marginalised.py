@@ -30,13 +30,14 @@ import numpy as np
 
 from bayesub.inference.identifiability.linear_model import Integrated
 from bayesub.inference.interface import Forced, LatentForces, Sampled
-from bayesub.kernels.kalman import LANES, Pieces, causes, smooth
+from bayesub.kernels.kalman import Pieces, causes, smooth
 
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
 _DRAWS = 3  # for each feature, to which terms are fitted
 _ACTIVE, _MOST_ACTIVE = 0.03, 8  # change of G, in what matters, along directions that have products; how many at most
 _WORTH = 0.01  # change of G that is worth a term
 _STORED = (*Pieces._fields, "mix", "forces", "bends")
+_TOGETHER = 8  # draws at which G is found at once
 _NEWTON = 2  # steps to the forces that fit best at each draw
 
 
@@ -146,8 +147,8 @@ class Marginalised:
         """Fit G and the forces to what they are at draws (n, n_params) of the others."""
         full, _ = self._solved(others)
         exact: list[list[tuple]] = [[] for _ in self._responses]
-        for first in range(0, len(full), LANES):
-            for found, one in zip(exact, self._exact(full[first : first + LANES], rng), strict=True):
+        for first in range(0, len(full), _TOGETHER):
+            for found, one in zip(exact, self._exact(full[first : first + _TOGETHER], rng), strict=True):
                 found.append(one)
         found = []
         for response, batches in zip(self._responses, exact, strict=True):
