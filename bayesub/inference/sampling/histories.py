@@ -14,7 +14,6 @@ from bayesub.inference.baselines import Estimate, gauss_newton, posterior_mode
 from bayesub.inference.interface import Forced, Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.marginalised import Marginalised
-from bayesub.inference.sampling.moves import crank_nicolson
 from bayesub.inference.sampling.surrogate import Surrogate, learn
 
 # Of the search for the marginal mode.
@@ -23,7 +22,9 @@ _MOST_HALVINGS = 6  # of a step that leads to a lower density: without them a se
 _NEAR = 0.5  # posterior sd a parameter: an expansion so near to the mode is the last
 _TOLERANCE = 0.1  # posterior sd, of the search in an expansion, which only has to be near
 # Of the walk in y.
-_CRANK_NICOLSON_STEPS = (0.3, 0.6, 1.0)
+_STEPS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1)  # of Crank-Nicolson; the best is taken, of which one is a new draw
+_SHORTER = 0.3  # times that in a short walk
+_TRIED = 128  # draws with which they are tried
 
 
 class HistoryGeometry:
@@ -68,14 +69,19 @@ class HistoryGeometry:
 
 
 class HistorySurrogate:
-    """A surrogate of the density of the others, times a standard normal one of y."""
+    """A surrogate of the density of the others, times a standard normal one of y, which moves by a `step` at a time."""
 
-    def __init__(self, surrogate: Surrogate):
-        self.surrogate, self.n_others = surrogate, surrogate.geometry.n_params
+    def __init__(self, surrogate: Surrogate, step: float):
+        self.surrogate, self.step, self.n_others = surrogate, step, surrogate.geometry.n_params
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Its state besides the geometry, to be stored."""
-        return self.surrogate.arrays()
+        return self.surrogate.arrays() | {"step": np.array(self.step)}
+
+    @classmethod
+    def restored(cls, geometry: Geometry, arrays: dict[str, np.ndarray]) -> "HistorySurrogate":
+        """The surrogate that :meth:`arrays` describe, bit for bit."""
+        return cls(Surrogate.restored(geometry, arrays), float(arrays["step"]))
 
     def log_prob(self, y: np.ndarray) -> np.ndarray:
         """(n,) log densities at sampling coordinates y (n, n_all)."""
@@ -85,18 +91,14 @@ class HistorySurrogate:
     def walks(self) -> tuple[partial, list[partial]]:
         """A short walk that leaves it invariant, and long ones; each moves the others, and then y."""
         short, long = self.surrogate.walks()
-        return partial(self._walk, short), [partial(self._walk, walk) for walk in long]
+        return partial(self._walk, short, _SHORTER * self.step), [partial(self._walk, walk, self.step) for walk in long]
 
-    def _walk(self, walk, coords, random, taken):
+    def _walk(self, walk, step, coords, random, taken):
         others, white = coords[:, : self.n_others], coords[:, self.n_others :]
         others, *_ = walk(others, random, taken)
-        white, *_ = crank_nicolson(_normal, white, _normal(white), random, steps=_CRANK_NICOLSON_STEPS, n_sweeps=1)
+        white = np.sqrt(1.0 - step**2) * white + step * random.standard_normal(white.shape)
         moved = np.hstack([others, white[taken]])
         return moved, self.log_prob(moved)
-
-
-def _normal(y):
-    return -0.5 * np.einsum("ij,ij->i", y, y)
 
 
 def with_process(problem: Forced, mode: Estimate) -> np.ndarray:
@@ -163,4 +165,25 @@ def learn_with_histories(
         marginalised.fit(rng.permutation(draws)[: marginalised.n_draws], rng)
 
     surrogate, draws = learn(marginalised, geometry, rng, progress, adapt)
-    return HistoryGeometry(geometry, marginalised), HistorySurrogate(surrogate), draws
+    histories = HistoryGeometry(geometry, marginalised)
+    return histories, HistorySurrogate(surrogate, _step(histories, draws, rng)), draws
+
+
+def _step(geometry, draws, rng) -> float:
+    """The step in y that leads farthest, by what is accepted of it at draws (n, n_others) of the surrogate."""
+    others = rng.permutation(draws)[:_TRIED]
+    n_white = len(geometry.marginalised.white)
+    white, shocks = rng.standard_normal((2, len(others), n_white))
+    problem, best = geometry.marginalised.problem, (0.0, _STEPS[-1])
+
+    def excess(y):
+        return geometry.log_prob(problem, np.hstack([others, y])) + 0.5 * np.einsum("ij,ij->i", y, y)
+
+    before = excess(white)
+    for step in _STEPS:
+        gains = excess(np.sqrt(1.0 - step**2) * white + step * shocks) - before
+        accepted = np.mean(np.exp(np.minimum(np.nan_to_num(gains, nan=-np.inf), 0.0)))
+        best = max(best, (accepted * step**2, step))
+        if step**2 < best[0]:  # no shorter one leads as far
+            break
+    return best[1]

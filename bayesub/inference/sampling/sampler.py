@@ -319,7 +319,7 @@ def _restored(problem, arrays):
     """Geometry and surrogate of a checkpoint."""
     if problem.histories:
         with_histories = HistoryGeometry.restored(problem.smoothed(SMOOTH), arrays)
-        return with_histories, HistorySurrogate(Surrogate.restored(with_histories.geometry, arrays))
+        return with_histories, HistorySurrogate.restored(with_histories.geometry, arrays)
     geometry = Geometry.restored(problem.prior, arrays)
     return geometry, Surrogate.restored(geometry, arrays)
 
