@@ -3,11 +3,12 @@
 A force that the equations leave out is a stationary random process (:class:`bayesub.model.disturbance.Disturbance`)
 on each of some axes. It enters the simulation linear between knots. The forces at the knots are those whose broken line
 is nearest to the process in least squares, not the values of the process there: a broken line through these would lack
-the impulse of what happens in between, which is a third of all of it when knots are half a correlation time apart. What
-the broken line lacks has no inner product with any hat.
+the impulse of what happens in between, which is a third of all of it when knots are half a correlation time apart.
+What the broken line lacks has no inner product with any hat.
 
-The parameters are white coordinates w of these forces (:mod:`bayesub.problem.innovations`): standard normal whatever the
-sd and the correlation time are, and independent. Where readings do not tell the forces, the posterior of w is the prior.
+The parameters are white coordinates w of these forces (:mod:`bayesub.problem.innovations`): standard normal whatever
+the sd and the correlation time are, and independent. Where the readings say nothing about the forces, the posterior of
+w is the prior.
 """
 
 from collections.abc import Mapping
