@@ -30,7 +30,7 @@ import numpy as np
 
 from bayesub.inference.identifiability.linear_model import Integrated
 from bayesub.inference.interface import Forced, LatentForces, Sampled
-from bayesub.kernels.kalman import Pieces, causes, smooth
+from bayesub.kernels.kalman import Pieces, Smoothed, causes, smooth
 
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
 _DRAWS = 3  # for each feature, to which terms are fitted
@@ -56,7 +56,9 @@ class _Response:
         self.history, self.rows, self.columns = history, history.rows, history.columns
         self.pieces, self.mix, self.forces, self.bends = pieces, mix, forces, bends
 
-    def solve(self, features, full, residuals, y=None):
+    def solve(
+        self, features: np.ndarray, full: np.ndarray, residuals: np.ndarray, y: np.ndarray | None = None
+    ) -> Smoothed:
         """What is known of w, members of full (n, n_all) with the residuals (n, n_rows) there."""
         n, _, n_axes, n_knots = len(full), *self.forces.shape
         white = full[:, self.columns].reshape(n, n_axes, n_knots)
@@ -64,7 +66,7 @@ class _Response:
         y = None if y is None else y.reshape(white.shape)
         return smooth(self.pieces, features @ self.mix, self.history.innovations(full), about, white, y)
 
-    def weighed(self, pieces, scales):
+    def weighed(self, pieces: Pieces, scales: np.ndarray) -> np.ndarray:
         """(n, k) all numbers of pieces of n terms, a unit of which matters as much as a standard deviation of noise.
 
         The scales (n_pieces, n_columns) are standard deviations of what acts in a piece.
