@@ -33,6 +33,7 @@ class VehicleLog:
     path: Path
     signals: dict[str, Signal]  # by name
     remarks: tuple[str, ...] = ()  # what could not be read, and what was supposed of the file
+    fault: InputError | None = None  # why its signals can be listed, but not used
 
     @property
     def begin(self) -> float:
@@ -83,7 +84,7 @@ def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
     if len(logs) == 1:
         return logs[0]
     logs = sorted(logs, key=lambda log: log.begin)
-    if is_by_file and any(after.begin < before.end for before, after in pairwise(logs)):
+    if is_by_file and not all(after.begin >= before.end for before, after in pairwise(logs)):
         logs = [replace(log, signals={f"{log.path.stem}.{n}": s for n, s in log.signals.items()}) for log in logs]
     parts: dict[str, list[Signal]] = {}
     for log in logs:

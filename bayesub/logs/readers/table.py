@@ -10,29 +10,89 @@ import numpy as np
 
 from bayesub.io import units
 from bayesub.io.errors import InputError, check_known
-from bayesub.logs.log_map import LogMap
-from bayesub.logs.readers.signals import Signal, VehicleLog
+from bayesub.logs.log_map import Clock, LogMap
+from bayesub.logs.readers import stamps
+from bayesub.logs.readers.signals import Signal, VehicleLog, library
 
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
 SAMPLE = 20  # lines at the end of a file that tell how cells are separated
 TIMES = ("time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds", "zeit")
+OF_WEEK = ("tow", "itow", "sow", "gps_tow", "gps_sow", "gms", "gps_ms", "time_of_week", "seconds_of_week")
+TIMES += (*OF_WEEK, "uhrzeit", "heure", "hora", "tijd")
+DATES, WEEKS = ("date", "datum", "fecha", "utc_date"), ("week", "gps_week", "gpsweek", "gwk", "wn")
+PARTS = (("year", "yyyy"), ("month", "mon"), ("day",), ("hour", "hh"), ("minute", "min"), ("second", "sec", "ss"))
+MOST_WITHOUT = 0.1  # of the rows, which may lack a time
 MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
-
-DAY_S = 86400.0
 
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:
-    """Read a table with a row for each time; an empty cell is no reading."""
+    """Read a table with a row for each time, in text or as Parquet; an empty cell is no reading."""
     import pandas as pd
 
-    lines = _lines(path)
+    with path.open("rb") as file:
+        is_parquet = file.read(4) == b"PAR1"
+    if is_parquet:
+        library("pyarrow", path)
+        frame = pd.read_parquet(path)
+        if frame.index.name is not None or frame.index.dtype.kind in "Mm":
+            frame = frame.reset_index()
+        heads, remarks, fault = [str(name) for name in frame.columns], [], None
+        units_of_file, where = [""] * len(heads), "row {} of the table"
+    else:
+        frame, heads, units_of_file, first, remarks, fault = _read_text(path)
+        where = f"row {{}} from line {first}"
+    frame.columns = range(len(heads))
+    names, own = zip(*map(_name_and_unit, heads), strict=True)
+    names = [name or f"column_{k + 1}" for k, name in enumerate(names)]
+    names = [head if names.count(name) > 1 and head else name for name, head in zip(names, heads, strict=True)]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            names[k] = f"{name}_{k + 1}"
+            fault = InputError(f"{path}: column '{name}' is given twice; rename one of them", "conflict", name)
+    unit_cells = [of_file or of_name for of_file, of_name in zip(units_of_file, own, strict=True)]
+    clock, used = log_map.time.clock(path.stem), ()
+    times = np.full(len(frame), np.nan)
+    try:
+        used = _time_columns(frame, names, heads, clock)
+        column = frame[used[0]] if len(used) < 3 else _moments(frame[list(used)])
+        unit, dates = unit_cells[used[0]], frame[used[1]].rename(names[used[1]]) if len(used) == 2 else None
+        times, remark = stamps.seconds(column, clock, unit, names[used[0]], dates)
+        remarks += [remark] if remark else []
+        wrong = np.flatnonzero(~np.isfinite(times))
+        for k in wrong[:1]:
+            text = "an empty cell" if pd.isna(column.iloc[k]) else f"'{column.iloc[k]}'"
+            cell = f"{where.format(k + 1)}, column '{names[used[0]]}': {text} is not a time"
+            if len(wrong) > MOST_WITHOUT * len(times):
+                message = f"{cell}; expected numbers, or dates such as 2026-05-01T10:00:00.5, or give [time] format"
+                raise InputError(message, "data", names[used[0]])
+            remarks.append(f"{cell}; {len(wrong)} such rows are left out")
+    except InputError as error:
+        fault = fault or error.within(str(path))
+    wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
+    signals = {}
+    for k, (name, unit, head) in enumerate(zip(names, unit_cells, heads, strict=True)):
+        filled, values, text = _numbers(frame[k])
+        filled = filled & (np.isfinite(times) | (fault is not None))
+        if k not in used and text:
+            remarks.append(f"'{name}' holds text such as '{text}' and is left out")
+        elif k not in used:
+            label = next((signal for signal in wanted if _plain(signal) == head), name)
+            signals[label] = Signal(times[filled], values[filled], unit)
+    return VehicleLog(path, signals, tuple(remarks), fault)
+
+
+def _read_text(path: Path) -> tuple[Any, list[str], list[str], int, list[str], InputError | None]:
+    """Cells, heads and units of the columns of a text, its first line of numbers, remarks, and what is wrong."""
+    import pandas as pd
+
+    lines, remarks = _lines(path)
     separator, n_columns = _layout(path, [line for _, line in lines[-SAMPLE:]])
-    names, unit_cells, first = _header(path, lines, separator, n_columns)
-    body, remarks = _whole(path, lines[first:], separator, n_columns)
+    heads, unit_cells, first = _header(path, lines, separator, n_columns)
+    body, remark, fault = _whole(path, lines[first:], separator, n_columns)
     comma = "," if separator != "," and "," in lines[first][1] else "."
     separators = r"\s+" if separator == " " else separator
     options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
@@ -43,48 +103,55 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         reason = str(error).strip().rpartition("error: ")[2]
         message = f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?"
         raise InputError(message, "format") from None
-    k = _time_column(path, names, log_map.time.signal)
-    times = _times(path, cells[k], log_map.time.unit or unit_cells[k] or "s", names[k], lines[first][0])
-    signals = {}
-    for column, name, unit in zip(cells, names, unit_cells, strict=True):
-        filled, values, text = _numbers(cells[column])
-        if text:
-            remarks.append(f"'{name}' holds text such as '{text}' and is left out")
-        elif name != names[k]:
-            signals[name] = Signal(times[filled], values[filled], unit)
-    return VehicleLog(path, signals, tuple(remarks))
+    return cells, heads, unit_cells, lines[first][0], remarks + remark, fault
 
 
-def _whole(path: Path, lines: list[Line], separator: str, n_columns: int) -> tuple[list[str], list[str]]:
-    """The lines of numbers, all with the same number of cells, and a remark if the last one was not whole."""
+def _whole(
+    path: Path, lines: list[Line], separator: str, n_columns: int
+) -> tuple[list[str], list[str], InputError | None]:
+    """The lines with the right number of cells, a remark if the last one was not whole, and what is wrong if others."""
     texts = [line for _, line in lines]
     if any('"' in line for line in texts[:SAMPLE]):
-        return texts, []  # separators may be quoted
-    for k, (number, line) in enumerate(lines):
-        n_cells = len(line.split()) if separator == " " else line.count(separator) + 1
-        if n_cells < n_columns and k == len(lines) - 1:
-            return texts[:-1], ["the last line is not whole and left out"]
-        if n_cells != n_columns:
-            message = f"{path}: line {number}: has {n_cells} cells, expected {n_columns}; is the file whole?"
-            raise InputError(message, "format")
-    return texts, []
+        return texts, [], None  # separators may be quoted
+    counts = [len(line.split()) if separator == " " else line.count(separator) + 1 for line in texts]
+    is_cut = counts[-1] < n_columns
+    fault = None
+    for k in [k for k, count in enumerate(counts[: len(counts) - is_cut]) if count != n_columns][:1]:
+        message = f"{path}: line {lines[k][0]}: has {counts[k]} cells, expected {n_columns}; is the file whole?"
+        fault = InputError(message, "format")
+    whole = [line for line, count in zip(texts, counts, strict=True) if count == n_columns]
+    return whole, ["the last line is not whole and left out"] if is_cut else [], fault
 
 
-def _lines(path: Path) -> list[Line]:
-    """Number and text of the lines that are neither empty nor comments."""
-    content = path.read_bytes()
-    if b"\0" in content[:4096]:
+def _lines(path: Path) -> tuple[list[Line], list[str]]:
+    """Number and text of the lines that are neither empty nor comments, and remarks."""
+    content, remarks = path.read_bytes(), []
+    begin, whole = content[:4096], content.rstrip(b"\0")
+    wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = content.decode("utf-16", errors="replace")
+    elif max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin):
+        text = content.decode(wide[max(wide)], errors="replace")
+    elif b"\0" in whole[:4096]:
         raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("cp1252", errors="replace")
+    else:
+        if whole != content:
+            remarks = ["zeros at the end of the file, as a power cut leaves them, are left out"]
+        try:
+            text = whole.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = whole.decode("cp1252", errors="replace")
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip(" \t;,")]
     table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     if len(table) < 2:
         raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
-    before = [(k, line.lstrip().lstrip("#%/ ")) for k, line in lines if k < table[0][0]]
-    return before[-1:] + table  # names may stand in a comment
+    before = [(k, _plain(line)) for k, line in lines if k < table[0][0]]
+    return before[-1:] + table, remarks  # names may stand in a comment
+
+
+def _plain(text: str) -> str:
+    """A line or name without the marks of comments before it."""
+    return text.lstrip().lstrip("#%/ ")
 
 
 def _cells(line: str, separator: str) -> list[str]:
@@ -112,7 +179,7 @@ def _is_number(cell: str, separator: str) -> bool:
 
 
 def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tuple[list[str], list[str], int]:
-    """Names and units of the columns, and which of the lines is the first of numbers."""
+    """Heads and units of the columns, and which of the lines is the first of numbers."""
     rows = [_cells(line, separator) for _, line in lines[:200]]
     whole = [k for k, row in enumerate(rows) if len(row) == n_columns]
     first = next((k for k in whole if any(_is_number(cell, separator) for cell in rows[k])), None)
@@ -124,14 +191,7 @@ def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tu
         filled = [cell for cell in heads[-1] if cell]
         if filled and all(cell[0] in "[(" or cell == "-" or units.known(cell) for cell in filled):
             unit_row = [cell.strip("[]() ") for cell in heads.pop()]
-    names = []
-    for k, cell in enumerate(heads[-1] if heads else unit_row):
-        name, unit = _name_and_unit(cell) if heads else ("", "")
-        names.append(name or f"column_{k + 1}")
-        unit_row[k] = unit_row[k] or unit
-        if names[k] in names[:k]:
-            raise InputError(f"{path}: column '{names[k]}' is given twice; rename one of them", "conflict", names[k])
-    return names, unit_row, first
+    return heads[-1] if heads else [""] * n_columns, unit_row, first
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
@@ -143,40 +203,45 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
     return cell, units.of_column(cell) if len(end) > 1 or end == "m" else ""
 
 
-def _time_column(path: Path, names: list[str], signal: str | None) -> int:
-    if signal is not None:
-        check_known(signal, names, f"{path}: has no column '{signal}', the signal of [time]", key="time.signal")
-        return names.index(signal)
-    lower = [name.lower() for name in names]
-    likely = [lower.index(name) for name in TIMES if name in lower]
-    likely += [k for k, name in enumerate(lower) if "time" in name]
-    if not likely:
-        message = f"{path}: which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}"
-        raise InputError(message, "missing", "time.signal")
-    return likely[0]
+def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) -> tuple[int, ...]:
+    """Where the column of times stands, with that of the dates behind it; or those of hours, minutes, .. (PARTS)."""
+    places = {head: k for k, head in enumerate(heads)} | {name: k for k, name in enumerate(names)}
+    lower = {name.lower(): k for name, k in places.items()}
+
+    def given(signal: str, key: str) -> int:
+        message = f"has no column '{signal}', the {key} of [time]"
+        check_known(_plain(signal), places, message, key=f"time.{key}")
+        return places[_plain(signal)]
+
+    if clock.signal is not None:
+        time = given(clock.signal, "signal")
+    else:
+        likely = [lower[name] for name in TIMES if name in lower] + [lower[name] for name in lower if "time" in name]
+        parts = tuple(next((lower[name] for name in part if name in lower), -1) for part in PARTS)
+        if not likely and min(parts[-3:]) >= 0:
+            return tuple(k for k in parts if k >= 0)
+        likely += [lower[name] for name in DATES if name in lower]
+        if not likely:
+            message = f"which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}"
+            raise InputError(message, "missing", "time.signal")
+        time = likely[0]
+    if clock.date is not None:
+        return time, given(clock.date, "date")
+    dates = WEEKS if names[time].lower() in OF_WEEK else DATES if stamps.lack_dates(frame[time]) else ()
+    found = [lower[name] for name in dates if name in lower and lower[name] != time]
+    return time, *found[:1]
 
 
-def _times(path: Path, column: Any, unit: str, name: str, line: int) -> np.ndarray:
-    """Time stamps (n,) in seconds: numbers, or dates, which become seconds since 1970."""
+def _moments(parts: Any) -> Any:
+    """Times of the day of columns (PARTS), or dates if all six are there."""
     import pandas as pd
 
-    _, times, text = _numbers(column)
-    if text and not np.isfinite(times).any():
-        unit, column = "s", column.astype(str).str.strip().str.replace(",", ".", regex=False)
-        if re.match(r"\d+:\d\d", text):  # of the day
-            times = pd.to_timedelta(column, errors="coerce").dt.total_seconds().to_numpy()
-            times = times + DAY_S * np.cumsum(np.diff(times, prepend=times[:1]) < -0.5 * DAY_S)
-        else:
-            dates = pd.to_datetime(column, errors="coerce", utc=True, format="ISO8601")
-            times = (dates - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
-    for k in np.flatnonzero(~np.isfinite(times))[:1]:
-        message = f"{path}: row {k + 1} from line {line}, column '{name}': '{column.iloc[k]}' is not a time; expected "
-        raise InputError(message + "numbers, or dates such as 2026-05-01T10:00:00.5", "data", name)
-    try:
-        return times * units.factor(unit.partition(" since ")[0], "s")
-    except InputError as error:
-        message = f"{path}: column '{name}' of times: {error}; give [time] unit"
-        raise InputError(message, error.kind, f"time.{error.key}") from None
+    *days, hour, minute, second = (parts[k] for k in parts)
+    clock = pd.to_timedelta(3600 * hour + 60 * minute + second, unit="s")
+    if len(days) < 3:
+        return clock
+    year, month, day = days
+    return pd.to_datetime({"year": year.where(year > 99, year + 2000), "month": month, "day": day}) + clock
 
 
 def _numbers(column: Any) -> tuple[np.ndarray, np.ndarray, str]:
