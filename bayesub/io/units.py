@@ -28,7 +28,20 @@ QUANTITIES = {
 }
 # Other spellings, of manuals and of the libraries.
 _SPELLINGS = {
-    "deg": ("°", "degree", "degrees", "deglatitude", "deglongitude", "degheading", "lat", "lon", "degt", "degm"),
+    "deg": (
+        "°",
+        "degree",
+        "degrees",
+        "deglatitude",
+        "deglongitude",
+        "degheading",
+        "lat",
+        "lon",
+        "degt",
+        "degm",
+        "degrees_north",
+        "degrees_east",
+    ),
     "rad": ("radian", "radians"),
     "m": ("meter", "metre", "meters", "metres"),
     "m/s": ("mps", "ms-1", "m.s-1", "m*s-1", "meters/second"),

@@ -51,15 +51,15 @@ KINDS = {
     "nmea": Kind("NMEA 0183 log", "nmea", "gps.nmea"),
     "imc": Kind("LSTS log of IMC messages", "imc", "Data.lsf.gz"),
     "slocum": Kind("log of a Slocum glider", "slocum", "01600001.dbd"),
-    "matlab": Kind("MATLAB file", "matlab", "trial.mat", is_by_file=True),
+    "matlab": Kind("MATLAB file", "arrays", "trial.mat", is_by_file=True),
+    "netcdf": Kind("NetCDF or HDF5 file", "arrays", "dive.nc", is_by_file=True),
     "csv": Kind("table in text", "table", "trial.txt", is_by_file=True),
+    "parquet": Kind("Parquet file", "table", "trial.parquet", is_by_file=True),
     "kvlcc2": Kind("KVLCC2 trial of HSVA or MARIN", "kvlcc2", "HSVA_CPMC_KVLCC2_Z_20_10_P.dat", map_is_fixed=True),
 }
 
 
-def read(
-    kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_listed: bool = False
-) -> VehicleLog:
+def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_listed: bool = False) -> VehicleLog:
     """Read a log of a kind (:data:`KINDS`), or the files of one that is in pieces.
 
     Large logs are read faster with a map, for the signals that it names; if one is missing everything is read. What is

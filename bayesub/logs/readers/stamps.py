@@ -150,7 +150,9 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_week: bool
         else:
             likely = [key for key, (factor, _) in COUNTS.items() if STEP[0] <= factor * step <= STEP[1] or key == "s"]
             lines = " or ".join(f'unit = "{key}"' for key in reversed(likely))
-            message = f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; what does it count? "
+            message = (
+                f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; what does it count? "
+            )
             raise InputError(f"{message}Write {lines} under [time] of the map", "missing", "time.unit")
     times = zero + size * numbers
     if np.nanmax(np.abs(times)) > LATEST:
