@@ -27,8 +27,9 @@ EPOCH, LATEST = 1e8, 1e11  # s; a clock between them counts from 1970
 def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: Path | None, as_list: bool) -> None:
     """Convert what a vehicle wrote into a log, each reading at its own time.
 
-    KIND is ros (bags of ROS 2 and 1), mavlink (ArduPilot .bin, .tlog), nmea (NMEA 0183), imc (LSTS .lsf), slocum (.dbd,
-    .ebd), matlab (.mat), csv (any table in text) or kvlcc2 (HSVA and MARIN). Several FILEs are pieces of one log.
+    KIND is ros (bags of ROS 2 and 1), mavlink (ArduPilot .bin, .tlog), ulog (PX4), nmea (NMEA 0183), imc (LSTS .lsf),
+    slocum (.dbd, .ebd), matlab (.mat), netcdf (HDF5 too), csv (any table in text), parquet or kvlcc2 (HSVA and MARIN).
+    Several FILEs are pieces of one log.
     """
     from bayesub.logs import readers
     from bayesub.logs.log_map import LogMap, read_map
@@ -90,7 +91,7 @@ def signal_lines(log: "VehicleLog") -> list[str]:
 
     lines = [f"{log.path}: {len(log.signals)} signals"]
     rows: list[tuple[str, ...]] = [("signal", "unit", "readings", "a second", "from", "to s", "smallest", "largest")]
-    zero = log.begin if EPOCH < log.begin else 0.0
+    zero = log.begin if log.begin > EPOCH else 0.0
     for name, signal in log.signals.items():
         values = signal.values[np.isfinite(signal.values)]
         ends = [f"{values.min():.6g}", f"{values.max():.6g}"] if len(values) else ["-", "-"]

@@ -28,20 +28,7 @@ QUANTITIES = {
 }
 # Other spellings, of manuals and of the libraries.
 _SPELLINGS = {
-    "deg": (
-        "°",
-        "degree",
-        "degrees",
-        "deglatitude",
-        "deglongitude",
-        "degheading",
-        "lat",
-        "lon",
-        "degt",
-        "degm",
-        "degrees_north",
-        "degrees_east",
-    ),
+    "deg": ("°", "degree", "degrees", "deglatitude", "deglongitude", "degheading", "lat", "lon", "degt", "degm"),
     "rad": ("radian", "radians"),
     "m": ("meter", "metre", "meters", "metres"),
     "m/s": ("mps", "ms-1", "m.s-1", "m*s-1", "meters/second"),
@@ -66,6 +53,7 @@ _SPELLINGS = {
     "h": ("hour", "hours"),
     "d": ("day", "days"),
 }
+_SPELLINGS["deg"] += ("degrees_north", "degrees_east")  # of NetCDF
 _EXACT = {unit: (quantity, unit) for quantity, units in QUANTITIES.items() for unit in units}
 _UNITS = {unit.lower(): place for unit, place in reversed(_EXACT.items())}  # the first of two spellings remains
 _UNITS |= {spelling: _EXACT[unit] for unit, spellings in _SPELLINGS.items() for spelling in spellings}

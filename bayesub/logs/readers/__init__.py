@@ -48,6 +48,7 @@ class Kind:
 KINDS = {
     "ros": Kind("ROS bag", "ros", "run1.mcap", is_folder=True),
     "mavlink": Kind("log of MAVLink or ArduPilot", "mavlink", "00000042.BIN"),
+    "ulog": Kind("ULog of PX4", "ulog", "09_00_00.ulg"),
     "nmea": Kind("NMEA 0183 log", "nmea", "gps.nmea"),
     "imc": Kind("LSTS log of IMC messages", "imc", "Data.lsf.gz"),
     "slocum": Kind("log of a Slocum glider", "slocum", "01600001.dbd"),

@@ -49,9 +49,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
                 remarks += [remark] if remark else []
     if not times and fault is None:
         likely = [label for label, (x, _) in vectors.items() if x.dtype.kind in "iuf" and (np.diff(x) > 0).all()]
-        remedy = (
-            f'such as signal = "{likely[0]}", which ascends' if likely else f"one of {', '.join(list(vectors)[:8])}"
-        )
+        some = ", ".join(list(vectors)[:8])
+        remedy = f'such as signal = "{likely[0]}", which ascends' if likely else f"one of {some}"
         message = f"{path}: no vector holds the times: there is no time or t; give [time] signal in the map, {remedy}"
         fault = InputError(message, "missing", "time.signal")
     wanted = {_label(section.signal): section.signal for section in log_map.columns.values()}

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -95,6 +96,13 @@ def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
         times, values = (np.concatenate([getattr(part, cells) for part in group]) for cells in ("times", "values"))
         signals[name] = Signal(times, values, group[0].unit)
     return VehicleLog(logs[0].path, signals, tuple(f"{log.path}: {remark}" for log in logs for remark in log.remarks))
+
+
+def euler_angles(x: Any, y: Any, z: Any, w: Any) -> tuple[Any, Any, Any]:
+    """Roll, pitch and yaw of quaternions, rad."""
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x**2 + y**2))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    return roll, pitch, np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2))
 
 
 def library(name: str, path: Path) -> ModuleType:

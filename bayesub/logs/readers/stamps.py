@@ -150,10 +150,8 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_week: bool
         else:
             likely = [key for key, (factor, _) in COUNTS.items() if STEP[0] <= factor * step <= STEP[1] or key == "s"]
             lines = " or ".join(f'unit = "{key}"' for key in reversed(likely))
-            message = (
-                f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; what does it count? "
-            )
-            raise InputError(f"{message}Write {lines} under [time] of the map", "missing", "time.unit")
+            message = f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; "
+            raise InputError(f"{message}if these are no seconds, write {lines} under [time]", "missing", "time.unit")
     times = zero + size * numbers
     if np.nanmax(np.abs(times)) > LATEST:
         message = f"column '{name}' of times: {high:.12g} {unit or 's'} is after the year 5000; "

@@ -54,24 +54,13 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             names[k] = f"{name}_{k + 1}"
             fault = InputError(f"{path}: column '{name}' is given twice; rename one of them", "conflict", name)
     unit_cells = [of_file or of_name for of_file, of_name in zip(units_of_file, own, strict=True)]
-    clock, used = log_map.time.clock(path.stem), ()
-    times = np.full(len(frame), np.nan)
+    clock, used, times = log_map.time.clock(path.stem), (), np.full(len(frame), np.nan)
     try:
         used = _time_columns(frame, names, heads, clock)
-        column = frame[used[0]] if len(used) < 3 else _moments(frame[list(used)])
-        unit, dates = unit_cells[used[0]], frame[used[1]].rename(names[used[1]]) if len(used) == 2 else None
-        times, remark = stamps.seconds(column, clock, unit, names[used[0]], dates)
-        remarks += [remark] if remark else []
-        wrong = np.flatnonzero(~np.isfinite(times))
-        for k in wrong[:1]:
-            text = "an empty cell" if pd.isna(column.iloc[k]) else f"'{column.iloc[k]}'"
-            cell = f"{where.format(k + 1)}, column '{names[used[0]]}': {text} is not a time"
-            if len(wrong) > MOST_WITHOUT * len(times):
-                message = f"{cell}; expected numbers, or dates such as 2026-05-01T10:00:00.5, or give [time] format"
-                raise InputError(message, "data", names[used[0]])
-            remarks.append(f"{cell}; {len(wrong)} such rows are left out")
+        times, more = _times(frame[list(used)], [names[k] for k in used], unit_cells[used[0]], clock, where)
+        remarks += more
     except InputError as error:
-        fault = fault or error.within(str(path))
+        fault, used = fault or error.within(str(path)), ()
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
     signals = {}
     for k, (name, unit, head) in enumerate(zip(names, unit_cells, heads, strict=True)):
@@ -222,7 +211,9 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
             return tuple(k for k in parts if k >= 0)
         likely += [lower[name] for name in DATES if name in lower]
         if not likely:
-            message = f"which column is the time? give [time] signal in the map, one of {', '.join(names[:8])}"
+            ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
+            some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
+            message = f"which column is the time? give [time] signal in the map, {some}"
             raise InputError(message, "missing", "time.signal")
         time = likely[0]
     if clock.date is not None:
@@ -230,6 +221,25 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
     dates = WEEKS if names[time].lower() in OF_WEEK else DATES if stamps.lack_dates(frame[time]) else ()
     found = [lower[name] for name in dates if name in lower and lower[name] != time]
     return time, *found[:1]
+
+
+def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) -> tuple[np.ndarray, list[str]]:
+    """Time stamps (n,) of the columns that hold them in seconds, not a number where there is none, and remarks."""
+    import pandas as pd
+
+    stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
+    stamp, dates = (_moments(parts), []) if len(dates) > 1 else (stamp, dates)
+    times, remark = stamps.seconds(stamp, clock, unit, names[0], *dates)
+    remarks, wrong = [remark] if remark else [], np.flatnonzero(~np.isfinite(times))
+    if len(wrong):
+        cell = stamp.iloc[wrong[0]]
+        text = "an empty cell" if pd.isna(cell) else f"'{cell}'"
+        message = f"{where.format(wrong[0] + 1)}, column '{names[0]}': {text} is not a time"
+        if len(wrong) > MOST_WITHOUT * len(times):
+            remedy = "expected numbers, or dates such as 2026-05-01T10:00:00.5; format under [time] says others"
+            raise InputError(f"{message}; {remedy}", "data", names[0])
+        remarks.append(f"{message}; {len(wrong)} such rows are left out")
+    return times, remarks
 
 
 def _moments(parts: Any) -> Any:
