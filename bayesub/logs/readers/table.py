@@ -1,4 +1,4 @@
-"""Tables in text: any separator, names and units, decimal points or commas, times as numbers or dates."""
+"""Tables, as Parquet or in text of any separator, names and units, decimal points or commas and times."""
 
 import io
 import re
@@ -17,12 +17,12 @@ from bayesub.logs.readers.signals import Signal, VehicleLog, library
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
 SAMPLE = 20  # lines at the end of a file that tell how cells are separated
-TIMES = ("time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds", "zeit")
-OF_WEEK = ("tow", "itow", "sow", "gps_tow", "gps_sow", "gms", "gps_ms", "time_of_week", "seconds_of_week")
-TIMES += (*OF_WEEK, "uhrzeit", "heure", "hora", "tijd")
-DATES, WEEKS = ("date", "datum", "fecha", "utc_date"), ("week", "gps_week", "gpsweek", "gwk", "wn")
-PARTS = (("year", "yyyy"), ("month", "mon"), ("day",), ("hour", "hh"), ("minute", "min"), ("second", "sec", "ss"))
-MOST_WITHOUT = 0.1  # of the rows, which may lack a time
+OF_WEEK = ["tow", "itow", "sow", "gps_tow", "gps_sow", "gms", "gps_ms", "time_of_week", "seconds_of_week"]
+TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
+TIMES += ["zeit", "uhrzeit", "heure", "hora", "tijd"]
+DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]
+PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute", "min"], ["second", "sec", "ss"]]
+MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
 MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
 
 Line = tuple[int, str]  # its number and text
@@ -30,31 +30,20 @@ _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:
-    """Read a table with a row for each time, in text or as Parquet; an empty cell is no reading."""
-    import pandas as pd
-
+    """Read a table with a row for each time; an empty cell is no reading."""
     with path.open("rb") as file:
         is_parquet = file.read(4) == b"PAR1"
-    if is_parquet:
-        library("pyarrow", path)
-        frame = pd.read_parquet(path)
-        if frame.index.name is not None or frame.index.dtype.kind in "Mm":
-            frame = frame.reset_index()
-        heads, remarks, fault = [str(name) for name in frame.columns], [], None
-        units_of_file, where = [""] * len(heads), "row {} of the table"
-    else:
-        frame, heads, units_of_file, first, remarks, fault = _read_text(path)
-        where = f"row {{}} from line {first}"
-    frame.columns = range(len(heads))
-    names, own = zip(*map(_name_and_unit, heads), strict=True)
-    names = [name or f"column_{k + 1}" for k, name in enumerate(names)]
-    names = [head if names.count(name) > 1 and head else name for name, head in zip(names, heads, strict=True)]
-    for k, name in enumerate(names):
-        if name in names[:k]:
-            names[k] = f"{name}_{k + 1}"
-            fault = InputError(f"{path}: column '{name}' is given twice; rename one of them", "conflict", name)
-    unit_cells = [of_file or of_name for of_file, of_name in zip(units_of_file, own, strict=True)]
-    clock, used, times = log_map.time.clock(path.stem), (), np.full(len(frame), np.nan)
+    frame, heads, unit_cells, where, remarks, fault = (_read_parquet if is_parquet else _read_text)(path)
+    names = []
+    for k, head in enumerate(heads):
+        name, unit = _name_and_unit(head)
+        unit_cells[k] = unit_cells[k] or unit
+        names.append(name if name and name not in names else head or f"column_{k + 1}")
+        if names[k] in names[:k]:
+            fault = InputError(f"{path}: column '{head}' is given twice; rename one of them", "conflict", head)
+            names[k] = f"{head}_{k + 1}"
+    used: tuple[int, ...] = ()
+    times, clock = np.full(len(frame), np.nan), log_map.time.clock(path.stem)
     try:
         used = _time_columns(frame, names, heads, clock)
         times, more = _times(frame[list(used)], [names[k] for k in used], unit_cells[used[0]], clock, where)
@@ -63,19 +52,33 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         fault, used = fault or error.within(str(path)), ()
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
     signals = {}
-    for k, (name, unit, head) in enumerate(zip(names, unit_cells, heads, strict=True)):
+    for k, name in enumerate(names):
         filled, values, text = _numbers(frame[k])
         filled = filled & (np.isfinite(times) | (fault is not None))
         if k not in used and text:
             remarks.append(f"'{name}' holds text such as '{text}' and is left out")
         elif k not in used:
-            label = next((signal for signal in wanted if _plain(signal) == head), name)
-            signals[label] = Signal(times[filled], values[filled], unit)
+            label = next((signal for signal in wanted if _plain(signal) == heads[k]), name)  # as the file has it
+            signals[label] = Signal(times[filled], values[filled], unit_cells[k])
     return VehicleLog(path, signals, tuple(remarks), fault)
 
 
-def _read_text(path: Path) -> tuple[Any, list[str], list[str], int, list[str], InputError | None]:
-    """Cells, heads and units of the columns of a text, its first line of numbers, remarks, and what is wrong."""
+# Cells of the columns 0, 1, .., their heads and units, a place in words, remarks, and what is wrong.
+Table = tuple[Any, list[str], list[str], str, list[str], InputError | None]
+
+
+def _read_parquet(path: Path) -> Table:
+    import pandas as pd
+
+    library("pyarrow", path)
+    frame = pd.read_parquet(path)
+    if frame.index.name is not None or frame.index.dtype.kind in "Mm":
+        frame = frame.reset_index(names=frame.index.name or "time")
+    heads = [str(name) for name in frame.columns]
+    return frame.set_axis(range(len(heads)), axis=1), heads, [""] * len(heads), "row {}", [], None
+
+
+def _read_text(path: Path) -> Table:
     import pandas as pd
 
     lines, remarks = _lines(path)
@@ -92,24 +95,26 @@ def _read_text(path: Path) -> tuple[Any, list[str], list[str], int, list[str], I
         reason = str(error).strip().rpartition("error: ")[2]
         message = f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?"
         raise InputError(message, "format") from None
-    return cells, heads, unit_cells, lines[first][0], remarks + remark, fault
+    return cells, heads, unit_cells, f"row {{}} from line {lines[first][0]}", remarks + remark, fault
 
 
 def _whole(
     path: Path, lines: list[Line], separator: str, n_columns: int
 ) -> tuple[list[str], list[str], InputError | None]:
-    """The lines with the right number of cells, a remark if the last one was not whole, and what is wrong if others."""
+    """The lines with the right number of cells, a remark on others, and what is wrong if these are many."""
     texts = [line for _, line in lines]
     if any('"' in line for line in texts[:SAMPLE]):
         return texts, [], None  # separators may be quoted
     counts = [len(line.split()) if separator == " " else line.count(separator) + 1 for line in texts]
-    is_cut = counts[-1] < n_columns
-    fault = None
-    for k in [k for k, count in enumerate(counts[: len(counts) - is_cut]) if count != n_columns][:1]:
-        message = f"{path}: line {lines[k][0]}: has {counts[k]} cells, expected {n_columns}; is the file whole?"
-        fault = InputError(message, "format")
     whole = [line for line, count in zip(texts, counts, strict=True) if count == n_columns]
-    return whole, ["the last line is not whole and left out"] if is_cut else [], fault
+    remarks = ["the last line is not whole and left out"] if counts[-1] < n_columns else []
+    wrong = [k for k, count in enumerate(counts[: len(counts) - len(remarks)]) if count != n_columns]
+    if not wrong:
+        return whole, remarks, None
+    message = f"line {lines[wrong[0]][0]}: has {counts[wrong[0]]} cells, expected {n_columns}"
+    if len(wrong) > MOST_WRONG * len(lines):
+        return whole, remarks, InputError(f"{path}: {message}; is the file whole?", "format")
+    return whole, [f"{message}; {len(wrong)} such lines are left out", *remarks], None
 
 
 def _lines(path: Path) -> tuple[list[Line], list[str]]:
@@ -202,40 +207,37 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
         check_known(_plain(signal), places, message, key=f"time.{key}")
         return places[_plain(signal)]
 
+    parts = [[lower[name] for name in part if name in lower][:1] for part in PARTS]
+    likely = [name for name in TIMES + OF_WEEK if name in lower] + [name for name in lower if "time" in name]
     if clock.signal is not None:
         time = given(clock.signal, "signal")
+    elif likely:
+        time = lower[likely[0]]
+    elif all(parts[-3:]):
+        return tuple(k for part in parts for k in part)
+    elif dates := [lower[name] for name in DATES if name in lower]:
+        time = dates[0]
     else:
-        likely = [lower[name] for name in TIMES if name in lower] + [lower[name] for name in lower if "time" in name]
-        parts = tuple(next((lower[name] for name in part if name in lower), -1) for part in PARTS)
-        if not likely and min(parts[-3:]) >= 0:
-            return tuple(k for k in parts if k >= 0)
-        likely += [lower[name] for name in DATES if name in lower]
-        if not likely:
-            ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
-            some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
-            message = f"which column is the time? give [time] signal in the map, {some}"
-            raise InputError(message, "missing", "time.signal")
-        time = likely[0]
+        ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
+        some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
+        message = f"which column is the time? give [time] signal in the map, {some}"
+        raise InputError(message, "missing", "time.signal")
     if clock.date is not None:
         return time, given(clock.date, "date")
-    dates = WEEKS if names[time].lower() in OF_WEEK else DATES if stamps.lack_dates(frame[time]) else ()
-    found = [lower[name] for name in dates if name in lower and lower[name] != time]
-    return time, *found[:1]
+    others = WEEKS if names[time].lower() in OF_WEEK else DATES if stamps.lack_dates(frame[time]) else []
+    return time, *[lower[name] for name in others if name in lower and lower[name] != time][:1]
 
 
 def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) -> tuple[np.ndarray, list[str]]:
     """Time stamps (n,) of the columns that hold them in seconds, not a number where there is none, and remarks."""
-    import pandas as pd
-
     stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
     stamp, dates = (_moments(parts), []) if len(dates) > 1 else (stamp, dates)
     times, remark = stamps.seconds(stamp, clock, unit, names[0], *dates)
     remarks, wrong = [remark] if remark else [], np.flatnonzero(~np.isfinite(times))
     if len(wrong):
-        cell = stamp.iloc[wrong[0]]
-        text = "an empty cell" if pd.isna(cell) else f"'{cell}'"
+        text = "an empty cell" if stamp.isna().iloc[wrong[0]] else f"'{stamp.iloc[wrong[0]]}'"
         message = f"{where.format(wrong[0] + 1)}, column '{names[0]}': {text} is not a time"
-        if len(wrong) > MOST_WITHOUT * len(times):
+        if len(wrong) > MOST_WRONG * len(times):
             remedy = "expected numbers, or dates such as 2026-05-01T10:00:00.5; format under [time] says others"
             raise InputError(f"{message}; {remedy}", "data", names[0])
         remarks.append(f"{message}; {len(wrong)} such rows are left out")
@@ -256,12 +258,8 @@ def _moments(parts: Any) -> Any:
 
 def _numbers(column: Any) -> tuple[np.ndarray, np.ndarray, str]:
     """Which cells are filled (n,), their numbers (n,), and the first text that is none, if there is one."""
-    import pandas as pd
-
-    filled = column.notna().to_numpy()
-    if column.dtype.kind in "biuf":
-        return filled, column.to_numpy(dtype=float), ""
-    texts = column.fillna("").astype(str).str.strip()
-    values = pd.to_numeric(texts.str.replace(",", ".", regex=False), errors="coerce").to_numpy(dtype=float)
-    wrong = filled & ~np.isfinite(values) & ~texts.str.lower().isin(MISSING).to_numpy()
-    return filled, values, texts[wrong].iloc[0] if wrong.any() else ""
+    filled, values = column.notna().to_numpy(), stamps.as_numbers(column)
+    wrong = filled & ~np.isfinite(values) & (column.dtype.kind not in "biuf")
+    texts = column[wrong].astype(str).str.strip()
+    texts = texts[~texts.str.lower().isin(MISSING)]
+    return filled, values, texts.iloc[0] if len(texts) else ""

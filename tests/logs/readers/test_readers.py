@@ -30,6 +30,8 @@ FLOWN = {
     "x_m": (lambda t: 1.5 * t, 1e-9),
     "y_m": (lambda t: 0.1 * t, 1e-9),
 }
+FLOWN |= {"stern_plane_deg": (MINUTE.fin, 1e-6), "mass_m": (lambda t: 0.01 + 0.0 * t, 1e-9)}
+FLOWN["buoyancy_cm3"] = (lambda t: 500.0 + t, 1e-3)
 FLOWN |= {f"fin_{k + 1}_deg": (lambda t, k=k: MINUTE.fin(t, k), 1e-6) for k in range(4)}
 ORDERS = ("rpm",)
 
