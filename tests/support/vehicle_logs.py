@@ -373,7 +373,10 @@ def ulog(folder, name="09_00_00.ulg"):
     """A log of PX4: attitude as quaternions, rates, servos, motor, local position and GPS."""
     kinds = {"vehicle_attitude": ("float[4] q", "4f"), "vehicle_angular_velocity": ("float[3] xyz", "3f")}
     kinds |= {"actuator_servos": ("float[8] control", "8f"), "actuator_motors": ("float[12] control", "12f")}
-    kinds |= {"vehicle_local_position": ("float z", "f"), "sensor_gps": ("double latitude_deg;double longitude_deg", "2d")}
+    kinds |= {
+        "vehicle_local_position": ("float z", "f"),
+        "sensor_gps": ("double latitude_deg;double longitude_deg", "2d"),
+    }
 
     def message(kind, content):
         return struct.pack("<Hc", len(content), kind) + content
@@ -415,6 +418,7 @@ def netcdf(folder, name="dive.nc4"):
     cells |= {"platform_orientation": (COMPASS, np.radians(MINUTE.heading(COMPASS)), "radian")}
     cells |= {"platform_pitch_angle": (COMPASS, np.radians(MINUTE.pitch(COMPASS)), "radian")}
     cells |= {"depth": (COMPASS, MINUTE.depth(COMPASS), "m")}
+    cells |= {"platform_x_velocity_wrt_sea_water": (COMPASS, 1.2 + 0.0 * COMPASS, "m/s")}
     path = folder / name
     with h5py.File(path, "w") as file:
         for key, (times, values, unit) in cells.items():

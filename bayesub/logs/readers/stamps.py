@@ -13,6 +13,7 @@ HOUR_S, DAY_S, WEEK_S = 3600.0, 86400.0, 604800.0
 GPS_ZERO = 315964800.0 - 18.0  # s since 1970, less the leap seconds since 2017
 SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them is a date
 STEP = (5e-4, HOUR_S)  # s from row to row of a log
+MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week
 LATEST = 1e11  # s since 1970, the year 5138
 
 # What numbers count, by unit or format -> seconds in one, and their zero in seconds since 1970.
@@ -26,7 +27,7 @@ DATES += "%Y%m%d %d%m%Y %m%d%Y %d%m%y %m%d%y %y%m%d"
 _WEEKDAY = r"(?i)^(?:mon|tue|wed|thu|fri|sat|sun)[a-z]*\W+"
 _CLOCK = r"^(?P<date>.*?)[T,_\s]*\b(?P<h>\d{1,4}):(?P<m>\d\d)(?::(?P<s>\d\d))?(?P<part>[.,]\d+)?"
 _CLOCK += r"\s*(?P<half>[AaPp])?(?:\.?[Mm]\.?)?\s*(?:Z|UTC|GMT)?$"
-_DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<part>[.,]\d+)?(?P<half>$)"  # 124239.5
+_DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_ ]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<part>[.,]\d+)?(?P<half>$)"  # 124239.5
 
 
 def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) -> tuple[np.ndarray, str]:
@@ -104,10 +105,11 @@ def _step(numbers: np.ndarray) -> float:
 
 def _are_digits(numbers: np.ndarray) -> bool:
     """Whether numbers are hours, minutes and seconds without separators: 124239, none from 60 to 99 among them."""
-    numbers = numbers[np.isfinite(numbers)]
-    low, high = numbers.min(), numbers.max()
-    is_clock = high < 240000 and high - low >= 100.0 and _step(numbers) <= 20.0  # of seconds some would be
-    return bool((is_clock or (low > 1.9e13 and high < 2.1e13)) and ((numbers % 100 < 60) & (numbers % 1e4 < 6e3)).all())
+    numbers, step = numbers[np.isfinite(numbers)], _step(numbers)
+    has_carry = step <= 20.0 and (np.abs(np.diff(numbers) - 40.0 - step) <= step).any()  # from 59 to 100
+    is_clock = (numbers < 240000).all() and has_carry
+    is_moment = ((numbers > 1.9e13) & (numbers < 2.1e13)).all()
+    return bool((is_clock or is_moment) and ((numbers % 100 < 60) & (numbers % 1e4 < 6e3)).all())
 
 
 def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: bool) -> tuple[np.ndarray, str]:
@@ -131,7 +133,7 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
             raise InputError(message, error.kind, f"time.{error.key}") from None
         zero = zero if form or not since else float(np.nan_to_num(_parsed([since], "ISO8601"))[0])
     elif is_of_week:
-        size = 1.0 if high <= WEEK_S else 1e-3
+        size = 1e-3 if high > WEEK_S or name.lower() in MILLISECONDS else 1.0
     elif not form and not fits(1.0, 0.0, -np.inf):
         if found:
             size, zero = places[found]
@@ -157,7 +159,7 @@ def _parsed(texts: Any, pattern: str) -> np.ndarray:
     import pandas as pd
 
     moments = pd.to_datetime(pd.Series(texts, dtype=str), format=pattern, errors="coerce", utc=True)
-    return (moments - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
+    return (moments - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds().to_numpy()
 
 
 def _written(texts: Any, form: str, name: str, has_dates: bool) -> np.ndarray:

@@ -17,7 +17,7 @@ from bayesub.logs.readers.signals import Signal, VehicleLog, library
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
 SAMPLE = 20  # lines at the end of a file that tell how cells are separated
-OF_WEEK = ["tow", "itow", "sow", "gps_tow", "gps_sow", "gms", "gps_ms", "time_of_week", "seconds_of_week"]
+OF_WEEK = [*stamps.MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week"]
 TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
 TIMES += ["zeit", "uhrzeit", "heure", "hora", "tijd"]
 DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]

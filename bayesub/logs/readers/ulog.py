@@ -1,5 +1,7 @@
 """PX4: the ULog (.ulg) of its logger, by pyulog."""
 
+import contextlib
+import io
 import re
 from pathlib import Path
 
@@ -27,7 +29,9 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     Times are those of the autopilot since it started. A quaternion ``q`` has ``roll``, ``pitch`` and ``yaw`` beside it.
     """
     names = {re.split(r"[.\[]", section.signal)[0] for section in log_map.columns.values()}
-    content = library("pyulog", path).ULog(str(path), sorted(names) or None)
+    pyulog = library("pyulog", path)
+    with path.open("rb") as file, contextlib.redirect_stdout(io.StringIO()):  # it prints what is damaged
+        content = pyulog.ULog(file, sorted(names) or None)
     several = {data.name for data in content.data_list if data.multi_id}
     signals = {}
     for data in content.data_list:
@@ -43,5 +47,6 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
                 unit = next((unit for pattern, unit in _UNITS if re.search(pattern, f"{data.name}.{field}")), "")
                 signals[name] = Signal(times, np.asarray(values, dtype=float), unit)
     lost = sum(dropout.duration for dropout in content.dropouts) * 1e-3
-    remarks = (f"the logger lost {lost:.3g} s in {len(content.dropouts)} pieces",) if content.dropouts else ()
-    return VehicleLog(path, signals, remarks)
+    remarks = [f"the logger lost {lost:.3g} s in {len(content.dropouts)} pieces"] if content.dropouts else []
+    remarks += ["parts of the file are damaged and left out"] if content.file_corruption else []
+    return VehicleLog(path, signals, tuple(remarks))
