@@ -186,6 +186,24 @@ def test_messages_of_several_entities_are_kept_apart(tmp_path):
     assert signals["EulerAngles@Navigation.psi"].values == pytest.approx([0.2])
 
 
+def test_values_of_imc_with_units_of_their_own_and_of_two_vehicles(tmp_path):
+    """A speed that is ordered in m/s and in rpm is two signals; two vehicles may both have an AHRS."""
+    import imcpy
+
+    packets = []
+    for source, speed, unit in ((25, 1.5, imcpy.SpeedUnits.METERS_PS), (26, 900.0, imcpy.SpeedUnits.RPM)):
+        info, order, angles = imcpy.EntityInfo(), imcpy.DesiredSpeed(), imcpy.EulerAngles()
+        info.id, info.label, order.value, order.speed_units, angles.psi = 7, "AHRS", speed, unit, 0.1 * source
+        for message in (info, order, angles):
+            message.timestamp, message.src, message.src_ent = 1.0, source, 7
+            packets.append(imcpy.Packet.serialize(message))
+    (tmp_path / "Data.lsf").write_bytes(b"".join(packets))
+    signals = readers.read("imc", [tmp_path / "Data.lsf"]).signals
+    assert signals["DesiredSpeed@25.AHRS.value[METERS_PS]"].unit == "m/s"
+    assert signals["DesiredSpeed@26.AHRS.value[RPM]"].unit == "rpm"
+    assert signals["EulerAngles@26.AHRS.psi"].values == pytest.approx([2.6])
+
+
 def test_what_comes_before_the_end_of_a_broken_lsf_is_read(tmp_path):
     whole = gzip.decompress(WRITERS["imc"](tmp_path).read_bytes())
     (tmp_path / "cut.lsf").write_bytes(whole[: len(whole) // 2 + 3])
