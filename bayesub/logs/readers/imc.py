@@ -22,20 +22,14 @@ _UNITS = {
     "Acceleration": dict.fromkeys("xyz", "m/s2"),
     "GroundVelocity": dict.fromkeys("xyz", "m/s"),
     "WaterVelocity": dict.fromkeys("xyz", "m/s"),
-    "Depth": {"value": "m"},
-    "ServoPosition": {"value": "rad"},
-    "SetServoPosition": {"value": "rad"},
-    "Rpm": {"value": "rpm"},
-    "Pressure": {"value": "hPa"},
-    **dict.fromkeys(("DesiredHeading", "DesiredPitch", "DesiredRoll"), {"value": "rad"}),
-    "DesiredHeadingRate": {"value": "rad/s"},
-    **dict.fromkeys(("IndicatedSpeed", "TrueSpeed", "SoundSpeed"), {"value": "m/s"}),
     "EstimatedStreamVelocity": dict.fromkeys("xyz", "m/s"),
     "DesiredVelocity": _MOTION,
     "SimulatedState": _MOTION | dict.fromkeys(("svx", "svy", "svz"), "m/s"),
-    "Distance": {"value": "m"},
-    "DepthOffset": {"value": "m"},
 }
+_VALUES = {"m": "Depth DepthOffset Distance", "rpm": "Rpm", "hPa": "Pressure", "rad/s": "DesiredHeadingRate"}
+_VALUES |= {"rad": "ServoPosition SetServoPosition DesiredHeading DesiredPitch DesiredRoll"}
+_VALUES |= {"m/s": "IndicatedSpeed TrueSpeed SoundSpeed"}
+_UNITS |= {kind: {"value": unit} for unit, kinds in _VALUES.items() for kind in kinds.split()}
 # Fields that say the unit of value or z, and what they say -> unit.
 _UNIT_FIELDS = ("speed_units", "z_units")
 _SAID = {"METERS_PS": "m/s", "RPM": "rpm", "DEPTH": "m", "ALTITUDE": "m", "HEIGHT": "m"}

@@ -13,7 +13,8 @@ HOUR_S, DAY_S, WEEK_S = 3600.0, 86400.0, 604800.0
 GPS_ZERO = 315964800.0 - 18.0  # s since 1970, less the leap seconds since 2017
 SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them is a date
 STEP = (5e-4, HOUR_S)  # s from row to row of a log
-MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week
+MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and those in seconds
+OF_WEEK = (*MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week")
 LATEST = 1e11  # s since 1970, the year 5138
 
 # What numbers count, by unit or format -> seconds in one, and their zero in seconds since 1970.
@@ -31,25 +32,11 @@ _DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_ ]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<pa
 
 
 def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) -> tuple[np.ndarray, str]:
-    """Times (n,) in seconds of a column of stamps, and a remark if numbers showed what they count.
+    """Times (n,) in seconds of a column of pandas, and a remark if its numbers showed what they count.
 
-    Dates become seconds since 1970. A stamp that is no time becomes not a number.
-
-    Parameters
-    ----------
-    column, dates : Series of pandas
-        Stamps as numbers or text, and the dates or GPS weeks that stamps of the day or of the week lack.
-    clock : Clock
-        What the map says.
-    unit : str
-        What the file says; may be empty.
-    name : str
-        Of the column, for messages.
-
-    Raises
-    ------
-    InputError
-        For an unknown unit, and for stamps that can be read in several ways, with the line of the map that decides.
+    The map has a clock and the file a unit, which may be empty; `dates` is the column of dates or GPS weeks that times
+    of the day or week are added to. Dates become seconds since 1970, and stamps that are no times not a number.
+    InputError for what can be read in several ways, with the line of the map that decides.
     """
     import pandas as pd
 
@@ -65,26 +52,27 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
     if "%" in form or not np.isfinite(numbers).any() or (not unit + form and _are_digits(numbers)):
         if column.dtype.kind in "iuf":
             column = pd.Series([f"{int(x):06d}{f'{x % 1:.6f}'[1:]}" if np.isfinite(x) else "" for x in numbers])
-        times = _written(column.astype(str).str.strip(), form, name, dates is not None)
+        times, is_part = _written(column.astype(str).str.strip(), form, name, dates is not None)
     else:
-        is_of_week = dates is not None and 0.0 < np.nanmax(as_numbers(dates), initial=0.0) < 1e4
+        is_of_week = dates is not None and name.lower() in OF_WEEK
         times, remark = _counted(numbers, form, unit, name, is_of_week)
-    if dates is not None:
-        times = times + _zeros(dates, "" if "%M" in form else form)
+        is_part = is_of_week or (remark != "" and np.nanmax(times) <= DAY_S)
+    if dates is not None and (is_part or clock.date):
+        counts = as_numbers(dates)
+        top = np.nanmax(counts, initial=0.0)
+        if 0.0 < top < 1e4:
+            times = times + GPS_ZERO + WEEK_S * counts
+        elif 3e4 < top < 6e4 and "%" not in form:
+            times = times + FORMATS["excel"][1] + DAY_S * counts
+        else:
+            texts = dates.astype(str).str.replace(r"\.0$", "", regex=True)
+            times = times + _days(texts, "" if "%M" in form else form, str(dates.name))
     return unwrapped(times, clock.wraps_every_s), remark
 
 
 def unwrapped(times: np.ndarray, period: float | None) -> np.ndarray:
     """Times (n,) of a clock that begins again after a period (s)."""
     return times if period is None else times + period * np.cumsum(np.diff(times, prepend=times[:1]) < -0.5 * period)
-
-
-def lack_dates(column: Any) -> bool:
-    """Whether the stamps of a column of pandas are times of the day: 12:42:39, 124239 or 0.53."""
-    numbers = as_numbers(column)
-    if np.isfinite(numbers).any():
-        return _are_digits(numbers) or (np.nanmax(numbers) <= 1.0 and _step(numbers) < STEP[0])
-    return bool(column.dropna().astype(str).str.strip()[:1].str.match(r"\d{1,2}:\d\d").any())
 
 
 def as_numbers(column: Any) -> np.ndarray:
@@ -162,49 +150,38 @@ def _parsed(texts: Any, pattern: str) -> np.ndarray:
     return (moments - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds().to_numpy()
 
 
-def _written(texts: Any, form: str, name: str, has_dates: bool) -> np.ndarray:
-    """Times (n,) of texts by a pattern of the map, or as they are: dates, times of the day, or both."""
+def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndarray, bool]:
+    """Times (n,) of texts by a pattern of the map, or as they are, and whether these are times of the day."""
     import pandas as pd
 
     if "%M" in form and form != "%M:%S":
         texts, plain = texts.str.replace(",", "."), re.sub("[.,]%f", "", form).replace(",", ".")
         times, fractions = _parsed(texts, plain), _parsed(texts, plain.replace("%S", "%S.%f"))
-        times = np.where(np.isnan(times), fractions, times)
-        return times if re.search("%[djbBy]", form) else unwrapped(np.mod(times, DAY_S), DAY_S)
+        times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbBy]", form)
+        return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part
     if not form:
         times = _parsed(texts.str.replace(",", "."), "ISO8601")
         if np.isfinite(times).mean() > 0.5:
-            return times
+            return times, False
     parts = texts.str.extract(_CLOCK)
     parts = texts.str.extract(_DIGITS) if parts["h"].isna().all() else parts
     if parts["h"].isna().all():
-        return _days(texts, form, name)
+        return _days(texts, form, name), False
     h, m, s = (pd.to_numeric(parts[key]).to_numpy(dtype=float) for key in "hms")
     rest = parts["date"].fillna("").str.strip()
-    is_day = has_dates or (rest != "").any()
-    if np.isnan(s).all() and not is_day:  # hours and minutes, or minutes and seconds as a spreadsheet shows them
-        is_short = form == "%M:%S" or parts["part"].notna().any() or np.nanmax(h) > 23
-        if not is_short:
+    is_part = (rest == "").all()
+    if np.isnan(s).all() and is_part and not has_dates:  # hours and minutes, or as a spreadsheet shows minutes
+        if form != "%M:%S" and parts["part"].isna().all() and np.nanmax(h) <= 23:
             message = f"'{texts.iloc[0]}' of '{name}' is minutes and seconds, or hours and minutes; write format = "
             raise InputError(message + '"%M:%S" or format = "%H:%M" under [time] of the map', "missing", "time.format")
         h, m, s = np.zeros_like(h), h, m
     half = parts["half"].str.upper()
     h = np.where(half.isin(["A", "P"]), h % 12 + 12 * (half == "P"), h)
     times = 3600 * h + 60 * m + np.nan_to_num(s) + as_numbers("0" + parts["part"].fillna(".0"))
-    if (rest != "").any():
-        return times + _days(rest, form, name)
-    return times if is_day else unwrapped(times, DAY_S if (h > 0).any() or np.nanmax(m) > 59 else HOUR_S)
-
-
-def _zeros(dates: Any, form: str) -> np.ndarray:
-    """Seconds since 1970 (n,) at the begin of days, or of GPS weeks."""
-    numbers = as_numbers(dates)
-    top = np.nanmax(numbers, initial=0.0)
-    if 0.0 < top < 1e4:
-        return GPS_ZERO + WEEK_S * numbers
-    if 3e4 < top < 6e4 and not form:
-        return FORMATS["excel"][1] + DAY_S * numbers
-    return _days(dates.astype(str).str.replace(r"\.0$", "", regex=True), form, str(dates.name))
+    if not is_part:
+        return times + _days(rest, form, name), False
+    period = DAY_S if (h > 0).any() or np.nanmax(m) > 59 else HOUR_S
+    return times if has_dates else unwrapped(times, period), True
 
 
 def _days(texts: Any, form: str, name: str) -> np.ndarray:

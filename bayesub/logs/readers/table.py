@@ -17,7 +17,6 @@ from bayesub.logs.readers.signals import Signal, VehicleLog, library
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
 SAMPLE = 20  # lines at the end of a file that tell how cells are separated
-OF_WEEK = [*stamps.MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week"]
 TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
 TIMES += ["zeit", "uhrzeit", "heure", "hora", "tijd"]
 DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]
@@ -208,15 +207,15 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
         return places[_plain(signal)]
 
     parts = [[lower[name] for name in part if name in lower][:1] for part in PARTS]
-    likely = [name for name in TIMES + OF_WEEK if name in lower] + [name for name in lower if "time" in name]
+    likely = [name for name in [*TIMES, *stamps.OF_WEEK] if name in lower] + [name for name in lower if "time" in name]
     if clock.signal is not None:
         time = given(clock.signal, "signal")
     elif likely:
         time = lower[likely[0]]
     elif all(parts[-3:]):
         return tuple(k for part in parts for k in part)
-    elif dates := [lower[name] for name in DATES if name in lower]:
-        time = dates[0]
+    elif found := [lower[name] for name in DATES if name in lower]:
+        time = found[0]
     else:
         ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
@@ -224,8 +223,8 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
         raise InputError(message, "missing", "time.signal")
     if clock.date is not None:
         return time, given(clock.date, "date")
-    others = WEEKS if names[time].lower() in OF_WEEK else DATES if stamps.lack_dates(frame[time]) else []
-    return time, *[lower[name] for name in others if name in lower and lower[name] != time][:1]
+    dates = WEEKS if names[time].lower() in stamps.OF_WEEK else DATES
+    return time, *[lower[name] for name in dates if name in lower and lower[name] != time][:1]
 
 
 def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) -> tuple[np.ndarray, list[str]]:

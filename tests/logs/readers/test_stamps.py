@@ -82,7 +82,7 @@ DATED = {
     "month first": (written("%m/%d/%Y"), written("%H:%M:%S.%f")),
     "NMEA": ([int(cell) for cell in written("%d%m%y")], written("%H%M%S.%f")),
     "a spreadsheet": (np.floor(ROWS / 86400.0) + 25569.0, ROWS % 86400.0 / 86400.0),
-    "GPS weeks": (np.floor((ROWS - stamps.GPS_ZERO) / 604800.0), (ROWS - stamps.GPS_ZERO) % 604800.0),
+    "tow": (np.floor((ROWS - stamps.GPS_ZERO) / 604800.0), (ROWS - stamps.GPS_ZERO) % 604800.0),
     "iTOW": (np.floor((ROWS - stamps.GPS_ZERO) / 604800.0), (ROWS - stamps.GPS_ZERO) % 604800.0 * 1e3),
 }
 
