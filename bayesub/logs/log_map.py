@@ -66,8 +66,9 @@ class TimeSection(Clock):
     end_s: float | None = None
 
     def clock(self, table: str) -> Clock:
-        """The clock of a table."""
-        return self.tables.get(table, self)
+        """The clock of a table, or that of all where it says nothing."""
+        own = self.tables.get(table)
+        return self if own is None else self.model_copy(update=own.model_dump(exclude_unset=True))
 
     @pydantic.model_validator(mode="after")
     def _has_length(self):

@@ -30,12 +30,14 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     vectors = dict(chain.from_iterable(_columns(name, *array) for name, array in _arrays(path).items()))
     labels: dict[str, str] = {}  # time -> part of the file that it is for; empty for all
     fault, remarks, times = None, [], {}
-    for part, clock in {**log_map.time.tables, "": log_map.time.clock(path.stem)}.items():
+    for part in (*log_map.time.tables, ""):
+        clock = log_map.time.clock(part or path.stem)
         if clock.signal is None:
             found = [label for label in vectors if _is_time(label, vectors)] if not part else []
         else:
             signal = _label(clock.signal)
             found = [label for label in vectors if signal in (label, label.rpartition(".")[2])]
+            found = [label for label in found if label.startswith(part)] or found
             if not found and part != path.stem:
                 message = f"{path}: there is no '{clock.signal}', the signal of [time]{nearest(signal, vectors)}"
                 fault = InputError(message, "unknown", "time.signal")
