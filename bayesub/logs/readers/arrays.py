@@ -28,47 +28,46 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     import pandas as pd
 
     vectors = dict(chain.from_iterable(_columns(name, *array) for name, array in _arrays(path).items()))
-    labels: dict[str, str] = {}  # time -> part of the file that it is for; empty for all
-    fault, remarks, times = None, [], {}
+    times: dict[str, tuple[np.ndarray, str]] = {}  # label -> s, and the part of the file that they are for, or all
+    remarks, faults = [], []
     for part in (*log_map.time.tables, ""):
         clock = log_map.time.clock(part or path.stem)
-        if clock.signal is None:
-            found = [label for label in vectors if _is_time(label, vectors)] if not part else []
-        else:
-            signal = _label(clock.signal)
-            found = [label for label in vectors if signal in (label, label.rpartition(".")[2])]
-            found = [label for label in found if label.startswith(part)] or found
-            if not found and part != path.stem:
-                message = f"{path}: there is no '{clock.signal}', the signal of [time]{nearest(signal, vectors)}"
-                fault = InputError(message, "unknown", "time.signal")
+        signal = _label(clock.signal or "")
+        found = [label for label in vectors if signal in (label, label.rpartition(".")[2])]
+        found = [label for label in found if label.startswith(part)] or found
+        if not signal:
+            found = [] if part else [label for label in vectors if _is_time(label, vectors)]
+        elif not found and part != path.stem:
+            message = f"{path}: there is no '{clock.signal}', the signal of [time]{nearest(signal, vectors)}"
+            faults.append(InputError(message, "unknown", "time.signal"))
         for label in found:
             try:
-                times[label], remark = stamps.seconds(pd.Series(vectors[label][0]), clock, vectors[label][1], label)
+                seconds, remark = stamps.seconds(pd.Series(vectors[label][0]), clock, vectors[label][1], label)
             except InputError as error:
-                fault = error.within(str(path))
+                faults.append(error.within(str(path)))
             else:
-                labels[label] = part
+                times[label] = seconds, part
                 remarks += [remark] if remark else []
-    if not times and fault is None:
+    if not times and not faults:
         likely = [label for label, (x, _) in vectors.items() if x.dtype.kind in "iuf" and (np.diff(x) > 0).all()]
-        some = ", ".join(list(vectors)[:8])
-        remedy = f'such as signal = "{likely[0]}", which ascends' if likely else f"one of {some}"
-        message = f"{path}: no vector holds the times: there is no time or t; give [time] signal in the map, {remedy}"
-        fault = InputError(message, "missing", "time.signal")
+        some = f'such as signal = "{likely[0]}", which ascends' if likely else f"one of {', '.join(list(vectors)[:8])}"
+        message = f"{path}: no vector holds the times: there is no time or t; give [time] signal in the map, {some}"
+        faults.append(InputError(message, "missing", "time.signal"))
+    is_named = log_map.time.signal is not None
+    fault = faults[0] if faults and (is_named or not times) else None
+    remarks += [str(other) for other in faults if fault is None]
     wanted = {_label(section.signal): section.signal for section in log_map.columns.values()}
-    signals, unread = {}, []
+    signals, unread = {}, {}
     for label, (values, unit) in vectors.items():
-        if label in labels or values.dtype.kind not in "biuf":
+        name, clock_of = re.sub(r"\[\d+\]$", "", label), _clock(label, len(values), times, is_named)
+        if label in times or values.dtype.kind not in "biuf":
             continue
-        clock_of = _clock(label, len(values), labels, times, log_map.time.signal is not None)
         if clock_of is None and fault is None:
-            unread.append(label if label in wanted else re.sub(r"\[\d+\]$", "", label))
+            unread[name] = None
             continue
-        seconds = np.full(len(values), np.nan) if clock_of is None else times[clock_of]
-        unit = unit or units.of_column(re.sub(r"\[\d+\]$", "", label))
-        signals[wanted.get(label, label)] = Signal(seconds, values.astype(float), unit)
-    unread = list(dict.fromkeys(unread))
-    few = ", ".join(unread[:8]) + (" .." if len(unread) > 8 else "")
+        seconds = np.full(len(values), np.nan) if clock_of is None else times[clock_of][0]
+        signals[wanted.get(label, label)] = Signal(seconds, values.astype(float), unit or units.of_column(name))
+    few = ", ".join(list(unread)[:8]) + (" .." if len(unread) > 8 else "")
     remarks += [f"left out, since no time is as long: {few}"] if unread else []
     return VehicleLog(path, signals, tuple(remarks), fault)
 
@@ -95,18 +94,16 @@ def _columns(name: str, values: np.ndarray, unit: str) -> list[tuple[str, tuple[
     return [(f"{name}[{k}]", (column, unit)) for k, column in enumerate(columns)]
 
 
-def _clock(
-    label: str, length: int, labels: dict[str, str], times: dict[str, np.ndarray], is_for_all: bool
-) -> str | None:
+def _clock(label: str, length: int, times: dict[str, tuple[np.ndarray, str]], is_for_all: bool) -> str | None:
     """The time of a variable, from its own part of the file outwards; None if none is as long."""
     scopes = [label]
     while scopes[-1]:
         scopes.append(_around(scopes[-1]))
-    of_all = [time for time, part in labels.items() if not part]
-    candidates = [time for time, part in labels.items() if part and part in scopes] + [f"{label}_time"]
+    of_all = [time for time, (_, part) in times.items() if not part]
+    candidates = [time for time, (_, part) in times.items() if part and part in scopes] + [f"{label}_time"]
     candidates += [time for scope in scopes[1:] for time in of_all if _around(time) == scope]
     candidates += of_all if is_for_all else []
-    return next((time for time in candidates if time in labels and len(times[time]) == length), None)
+    return next((time for time in candidates if time in times and len(times[time][0]) == length), None)
 
 
 def _around(label: str) -> str:
