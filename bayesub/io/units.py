@@ -24,7 +24,7 @@ QUANTITIES = {
     "volume": {"m3": 1.0, "l": 1e-3, "cm3": 1e-6},
     "density": {"kg/m3": 1.0, "g/cm3": 1e3},
     "pressure": {"Pa": 1.0, "hPa": 1e2, "mbar": 1e2, "kPa": 1e3, "dbar": 1e4, "bar": 1e5, "psi": 6894.757},
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
 }
 # Other spellings, of manuals and of the libraries.
 _SPELLINGS = {
@@ -45,15 +45,10 @@ _SPELLINGS = {
     "Nm": ("n*m", "n.m"),
     "cm3": ("cc", "cm^3", "ml"),
     "kg/m3": ("kg/m^3", "kgm-3"),
-    "s": ("sec", "second", "seconds", "timestamp"),
+    "s": ("sec", "seconds", "timestamp"),
     "us": ("µs", "microseconds"),
     "ms": ("milliseconds",),
-    "ns": ("nanoseconds",),
-    "min": ("minute", "minutes"),
-    "h": ("hour", "hours"),
-    "d": ("day", "days"),
 }
-_SPELLINGS["deg"] += ("degrees_north", "degrees_east")  # of NetCDF
 _EXACT = {unit: (quantity, unit) for quantity, units in QUANTITIES.items() for unit in units}
 _UNITS = {unit.lower(): place for unit, place in reversed(_EXACT.items())}  # the first of two spellings remains
 _UNITS |= {spelling: _EXACT[unit] for unit, spellings in _SPELLINGS.items() for spelling in spellings}

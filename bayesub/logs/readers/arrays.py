@@ -66,7 +66,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             unread[name] = None
             continue
         seconds = np.full(len(values), np.nan) if clock_of is None else times[clock_of][0]
-        signals[wanted.get(label, label)] = Signal(seconds, values.astype(float), unit or units.of_column(name))
+        unit = re.sub("^degrees_(north|east)$", "deg", unit) or units.of_column(name)  # as NetCDF spells it
+        signals[wanted.get(label, label)] = Signal(seconds, values.astype(float), unit)
     few = ", ".join(list(unread)[:8]) + (" .." if len(unread) > 8 else "")
     remarks += [f"left out, since no time is as long: {few}"] if unread else []
     return VehicleLog(path, signals, tuple(remarks), fault)

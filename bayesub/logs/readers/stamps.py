@@ -10,6 +10,7 @@ from bayesub.io.errors import InputError, check_known
 from bayesub.logs.log_map import Clock
 
 HOUR_S, DAY_S, WEEK_S = 3600.0, 86400.0, 604800.0
+LONG = {"min": 60.0, "minute": 60.0, "h": HOUR_S, "hour": HOUR_S, "d": DAY_S, "day": DAY_S}  # units of files
 GPS_ZERO = 315964800.0 - 18.0  # s since 1970, less the leap seconds since 2017
 SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them is a date
 STEP = (5e-4, HOUR_S)  # s from row to row of a log
@@ -115,7 +116,7 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
     if unit:
         unit, _, since = unit.partition(" since ")
         try:
-            size = units.factor(unit, "s")
+            size = LONG.get(unit.strip().lower().rstrip("s")) or units.factor(unit, "s")
         except InputError as error:
             message = f"column '{name}' of times: {error}; give [time] unit"
             raise InputError(message, error.kind, f"time.{error.key}") from None
