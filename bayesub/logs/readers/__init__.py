@@ -74,7 +74,7 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_
     log_map, by_file = log_map or LogMap(), KINDS[kind].is_by_file
     logs = [_read(kind, path, log_map) for path in paths]
     parts = [path.stem for path in paths] + [re.split(r"[.\[]", name)[0] for log in logs for name in log.signals]
-    for table in log_map.time.tables:
+    for table in () if is_listed else log_map.time.tables:
         message = f"key 'time.tables.{table}': no table or variable is called '{table}'"
         check_known(table.partition(".")[0], parts, message, key=f"time.tables.{table}")
     for k, log in enumerate(logs):

@@ -57,7 +57,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     fault = faults[0] if faults and (is_named or not times) else None
     remarks += [str(other) for other in faults if fault is None]
     wanted = {_label(section.signal): section.signal for section in log_map.columns.values()}
-    signals, unread = {}, {}
+    signals: dict[str, Signal] = {}
+    unread: dict[str, None] = {}
     for label, (values, unit) in vectors.items():
         name, clock_of = re.sub(r"\[\d+\]$", "", label), _clock(label, len(values), times, is_named)
         if label in times or values.dtype.kind not in "biuf":
@@ -80,7 +81,8 @@ def _label(signal: str) -> str:
 
 
 def _is_time(label: str, vectors: Arrays) -> bool:
-    return label.rpartition(".")[2].lower() in TIMES or label.removesuffix("_time") in vectors.keys() - {label}
+    is_named = label.rpartition(".")[2].lower() in TIMES or label.removesuffix("_time") in vectors.keys() - {label}
+    return is_named or vectors[label][0].dtype.kind in "Mm"
 
 
 def _columns(name: str, values: np.ndarray, unit: str) -> list[tuple[str, tuple[np.ndarray, str]]]:

@@ -12,6 +12,7 @@ from bayesub.logs.log_map import Clock
 HOUR_S, DAY_S, WEEK_S = 3600.0, 86400.0, 604800.0
 LONG = {"min": 60.0, "minute": 60.0, "h": HOUR_S, "hour": HOUR_S, "d": DAY_S, "day": DAY_S}  # units of files
 GPS_ZERO = 315964800.0 - 18.0  # s since 1970, less the leap seconds since 2017
+ZONES = ("utc", "gmt", "gps", "local", "unix", "epoch")  # what heads say in brackets beside units
 SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them is a date
 STEP = (5e-4, HOUR_S)  # s from row to row of a log
 MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and those in seconds
@@ -27,7 +28,7 @@ FORMATS |= {"filetime": (1e-7, -11644473600.0), "ticks": (1e-7, -62135596800.0)}
 DATES = "%d/%m/%Y %m/%d/%Y %d/%m/%y %m/%d/%y %y/%m/%d %Y/%m/%d %d/%b/%Y %b/%d/%Y %d/%b/%y %d/%B/%Y %B/%d/%Y %d%b%Y "
 DATES += "%Y%m%d %d%m%Y %m%d%Y %d%m%y %m%d%y %y%m%d"
 _WEEKDAY = r"(?i)^(?:mon|tue|wed|thu|fri|sat|sun)[a-z]*\W+"
-_CLOCK = r"^(?P<date>.*?)[T,_\s]*\b(?P<h>\d{1,4}):(?P<m>\d\d)(?::(?P<s>\d\d))?(?P<part>[.,]\d+)?"
+_CLOCK = r"^(?P<date>.*?)[T,_\s]*\b(?P<h>\d{1,4}):(?P<m>\d\d)(?::(?P<s>\d\d))?(?P<part>[.,:]\d+)?"
 _CLOCK += r"\s*(?P<half>[AaPp])?(?:\.?[Mm]\.?)?\s*(?:Z|UTC|GMT)?$"
 _DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_ ]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<part>[.,]\d+)?(?P<half>$)"  # 124239.5
 
@@ -49,13 +50,13 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
         zero = pd.Timestamp(0, tz=column.dt.tz) if column.dtype.kind == "M" else pd.Timedelta(0)
         times = unwrapped((column - zero).dt.total_seconds().to_numpy(), DAY_S)
         return unwrapped(times, clock.wraps_every_s), ""
-    numbers = as_numbers(column)
+    numbers, unit = as_numbers(column), "" if unit.lower() in ZONES else unit
     if "%" in form or not np.isfinite(numbers).any() or (not unit + form and _are_digits(numbers)):
         if column.dtype.kind in "iuf":
             column = pd.Series([f"{int(x):06d}{f'{x % 1:.6f}'[1:]}" if np.isfinite(x) else "" for x in numbers])
         times, is_part = _written(column.astype(str).str.strip(), form, name, dates is not None)
     else:
-        is_of_week = dates is not None and name.lower() in OF_WEEK
+        is_of_week = dates is not None and re.sub(r"\W+", "_", name.lower()) in OF_WEEK
         times, remark = _counted(numbers, form, unit, name, is_of_week)
         is_part = is_of_week or (remark != "" and np.nanmax(times) <= DAY_S)
     if dates is not None and (is_part or clock.date):
@@ -77,13 +78,14 @@ def unwrapped(times: np.ndarray, period: float | None) -> np.ndarray:
 
 
 def as_numbers(column: Any) -> np.ndarray:
-    """Numbers (n,) of a column of pandas, with decimal points or commas; not a number for other text."""
+    """Numbers (n,) of a column of pandas, with decimal points or commas; not a number for any other cell."""
     import pandas as pd
 
-    if column.dtype.kind in "biuf":
-        return column.to_numpy(dtype=float, na_value=np.nan)
-    texts = column.astype(str).str.strip().str.replace(",", ".", regex=False)
-    return pd.to_numeric(texts, errors="coerce").to_numpy(dtype=float)
+    if column.dtype.kind not in "biuf":
+        texts = column.astype(str).str.strip().str.replace(",", ".", regex=False)
+        column = pd.to_numeric(texts, errors="coerce")
+    numbers = column.to_numpy(dtype=float, na_value=np.nan)
+    return np.where(np.isfinite(numbers), numbers, np.nan)
 
 
 def _step(numbers: np.ndarray) -> float:
@@ -120,7 +122,7 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
         except InputError as error:
             message = f"column '{name}' of times: {error}; give [time] unit"
             raise InputError(message, error.kind, f"time.{error.key}") from None
-        zero = zero if form or not since else float(np.nan_to_num(_parsed([since], "ISO8601"))[0])
+        zero = zero if form or not since else float(np.nan_to_num(_parsed([since], "mixed"))[0])
     elif is_of_week:
         size = 1e-3 if high > WEEK_S or name.lower() in MILLISECONDS else 1.0
     elif not form and not fits(1.0, 0.0, -np.inf):
@@ -170,6 +172,7 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
         return _days(texts, form, name), False
     h, m, s = (pd.to_numeric(parts[key]).to_numpy(dtype=float) for key in "hms")
     rest = parts["date"].fillna("").str.strip()
+    days, rest = as_numbers(rest.str.extract(r"^(\d+) days?$")[0]), rest.str.replace(r"^\d+ days?$", "", regex=True)
     is_part = (rest == "").all()
     if np.isnan(s).all() and is_part and not has_dates:  # hours and minutes, or as a spreadsheet shows minutes
         if form != "%M:%S" and parts["part"].isna().all() and np.nanmax(h) <= 23:
@@ -178,7 +181,8 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
         h, m, s = np.zeros_like(h), h, m
     half = parts["half"].str.upper()
     h = np.where(half.isin(["A", "P"]), h % 12 + 12 * (half == "P"), h)
-    times = 3600 * h + 60 * m + np.nan_to_num(s) + as_numbers("0" + parts["part"].fillna(".0"))
+    part = as_numbers("0." + parts["part"].str[1:].fillna("0"))
+    times = DAY_S * np.nan_to_num(days) + 3600 * h + 60 * m + np.nan_to_num(s) + part
     if not is_part:
         return times + _days(rest, form, name), False
     period = DAY_S if (h > 0).any() or np.nanmax(m) > 59 else HOUR_S

@@ -21,6 +21,7 @@ TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datet
 TIMES += ["zeit", "uhrzeit", "heure", "hora", "tijd"]
 DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]
 PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute", "min"], ["second", "sec", "ss"]]
+NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of one stamp end, in ROS
 MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
 MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
 
@@ -199,7 +200,7 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) -> tuple[int, ...]:
     """Where the column of times stands, with that of the dates behind it; or those of hours, minutes, .. (PARTS)."""
     places = {head: k for k, head in enumerate(heads)} | {name: k for k, name in enumerate(names)}
-    lower = {name.lower(): k for name, k in places.items()}
+    lower = {re.sub(r"\W+", "_", name.lower()): k for name, k in places.items()}
 
     def given(signal: str, key: str) -> int:
         message = f"has no column '{signal}', the {key} of [time]"
@@ -207,11 +208,13 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
         return places[_plain(signal)]
 
     parts = [[lower[name] for name in part if name in lower][:1] for part in PARTS]
+    ends = [(name.removesuffix(end) + rest, k) for end, rest in NANOSECONDS.items() for name, k in lower.items()]
+    split = {k: lower[name] for name, k in ends if name in lower and lower[name] != k}
     likely = [name for name in [*TIMES, *stamps.OF_WEEK] if name in lower] + [name for name in lower if "time" in name]
     if clock.signal is not None:
         time = given(clock.signal, "signal")
-    elif likely:
-        time = lower[likely[0]]
+    elif likely or split:
+        time = lower[likely[0]] if likely else next(iter(split))
     elif all(parts[-3:]):
         return tuple(k for part in parts for k in part)
     elif found := [lower[name] for name in DATES if name in lower]:
@@ -221,9 +224,11 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
         message = f"which column is the time? give [time] signal in the map, {some}"
         raise InputError(message, "missing", "time.signal")
+    if time in split:
+        return time, split[time]
     if clock.date is not None:
         return time, given(clock.date, "date")
-    dates = WEEKS if names[time].lower() in stamps.OF_WEEK else DATES
+    dates = WEEKS if re.sub(r"\W+", "_", names[time].lower()) in stamps.OF_WEEK else DATES
     return time, *[lower[name] for name in dates if name in lower and lower[name] != time][:1]
 
 
@@ -231,6 +236,8 @@ def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) ->
     """Time stamps (n,) of the columns that hold them in seconds, not a number where there is none, and remarks."""
     stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
     stamp, dates = (_moments(parts), []) if len(dates) > 1 else (stamp, dates)
+    if names[-1].lower().endswith(tuple(NANOSECONDS.values())):
+        stamp, dates = stamp + 1e-9 * dates[0], []
     times, remark = stamps.seconds(stamp, clock, unit, names[0], *dates)
     remarks, wrong = [remark] if remark else [], np.flatnonzero(~np.isfinite(times))
     if len(wrong):

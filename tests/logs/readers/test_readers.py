@@ -383,6 +383,11 @@ TABLES = {
     "zeros of a power cut": "t,yaw_deg\n0,1.5\n0.5,2.5\n\0\0\0\0",
     "Unicode text of Excel": "\ufefft\tyaw_deg\r\n0\t1.5\r\n0.5\t2.5\r\n".encode("utf-16-le"),
     "UTF-16 without its mark": "t,yaw_deg\n0,1.5\n0.5,2.5\n".encode("utf-16-be"),
+    "seconds and nanoseconds": "header.stamp.sec,header.stamp.nanosec,yaw_deg\n7,500000000,1.5\n8,0,2.5\n",
+    "date and time": "Date,UTC Time,yaw_deg\n1/30/2021,23:59:59.5,1.5\n1/31/2021,00:00:00.0,2.5\n",
+    "six columns": "Year,Month,Day,Hour,Min,Sec,yaw_deg\n21,1,30,23,59,59.5,1.5\n21,1,31,0,0,0,2.5\n",
+    "GPS weeks": "GPS Week,GPS TOW [s],yaw_deg\n2142,604799.5,1.5\n2143,0,2.5\n",
+    "a zone in the head": "Time (UTC),yaw_deg\n0,1.5\n0.5,2.5\n",
     "two units of a quantity": "t,yaw_deg,yaw [deg],yaw [rad]\n0,1.5,1,2\n0.5,2.5,1,2\n",
 }
 

@@ -26,8 +26,8 @@ C |= {"Nuudr": 0.0}
 Xvv = Xww = -54.370919
 
 
-@pytest.fixture
-def body(monkeypatch):
+@pytest.fixture(autouse=True)
+def _body(monkeypatch):
     """Mass, weight and inertia of the program in the equations of Prestero."""
     for name, value in {"MASS": 147.8671, "ZG": 0.006794, "IXX": 3.0, "IYY": 41.980233, "IZZ": 41.980233}.items():
         monkeypatch.setattr(prestero, name, value)
@@ -57,7 +57,7 @@ def derivative(state, rudder, elevator):
     return np.array([*np.linalg.solve(prestero.mass_matrix(C), forces), *prestero.rates(state)])
 
 
-def test_accelerations_are_those_of_the_program(body, rng):
+def test_accelerations_are_those_of_the_program(rng):
     """In small motions, but for the drag of the fins: 0.7 N at 1 m/s and what grows with the square of their lift."""
     boat = bs.load_vehicle("lrauv")
     states = rng.normal(size=(50, 12)) * [1, 1, 1, 0.3, 0.3, 2, 0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3]
@@ -71,7 +71,7 @@ def test_accelerations_are_those_of_the_program(body, rng):
 
 
 @pytest.mark.parametrize(("rudder", "elevator"), [(10.0, 0.0), (-5.0, 3.0)])
-def test_it_turns_and_dives_as_in_the_program(body, rudder, elevator):
+def test_it_turns_and_dives_as_in_the_program(rudder, elevator):
     """Rate of turn, speed and depth after 60 s within 5 per cent."""
     boat = bs.load_vehicle("lrauv")
     times = np.arange(0.0, 60.05, 0.1)
