@@ -142,7 +142,7 @@ def _arrays(path: Path) -> Arrays:
             for name, value in content.items():
                 _visit(name, value, arrays)
             return arrays
-    for name, value in library("matio", path).load_from_mat(str(path)).items():
+    for name, value in library("matio", path, "mat-io").load_from_mat(str(path)).items():
         _visit(name, value, arrays)
     return arrays
 

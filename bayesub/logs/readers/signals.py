@@ -105,13 +105,13 @@ def euler_angles(x: Any, y: Any, z: Any, w: Any) -> tuple[Any, Any, Any]:
     return roll, pitch, np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2))
 
 
-def library(name: str, path: Path) -> ModuleType:
-    """A module of an optional library; InputError with the command of pip if that is not installed."""
+def library(name: str, path: Path, package: str = "") -> ModuleType:
+    """A module of an optional library, or package; InputError with the command of pip if that is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        package = name.partition(".")[0]
-        is_missing = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith(package)
+        is_missing = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith(name.partition(".")[0])
+        package = package or name.partition(".")[0]
         message = f"{path}: reading this kind of log needs the library {package}{'' if is_missing else f' ({error})'}: "
         message += f"pip install 'bayesub[logs]', or pip install {package}"
         raise InputError(message, "install", package) from None

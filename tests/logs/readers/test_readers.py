@@ -2,6 +2,7 @@
 
 import contextlib
 import gzip
+import sys
 import warnings
 
 import numpy as np
@@ -310,7 +311,7 @@ def test_the_times_of_a_matlab_file_may_be_a_column_of_a_matrix(signal, tmp_path
 
 
 @pytest.mark.parametrize("version", ["v7", "v7.3"])
-def test_tables_and_arrays_of_structures_of_matlab(version, tmp_path):
+def test_tables_and_arrays_of_structures_of_matlab(version, tmp_path, monkeypatch):
     """Timetables have their own times, structures of a reading each become vectors, others keep their numbers."""
     import pandas as pd
 
@@ -327,6 +328,9 @@ def test_tables_and_arrays_of_structures_of_matlab(version, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the library, to pandas
         matio.save_to_mat(str(tmp_path / "a.mat"), mdict=content, version=version)
+    with monkeypatch.context() as patch, refused("install", "mat-io"):
+        patch.setitem(sys.modules, "matio", None)
+        readers.read("matlab", [tmp_path / "a.mat"])
     signals = readers.read("matlab", [tmp_path / "a.mat"]).signals
     assert set(signals) == {"T.r", "TT.psi", "log.z", "run[0].q", "run[1].q", "boat.nav.u"}
     np.testing.assert_allclose(signals["TT.psi"].times, start.timestamp() + t)
