@@ -87,7 +87,7 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     if columns[late].times[0] > ends[early]:
         message = f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and "
         message += f"'{late}' begins {columns[late].times[0]:.6g} s after {zero:.12g}; are their clocks different? "
-        raise InputError(message + "delay_s of a column shifts it", "conflict", late)
+        raise InputError(message + "delay_s of a column shifts it, [time.tables.NAME] names another", "conflict", late)
     times, cells = _rows(columns)
     sources = {name: column.section.signal for name, column in columns.items()}
     remarks = tuple(f"{name}: {remark}" for name, column in columns.items() for remark in column.remarks)
