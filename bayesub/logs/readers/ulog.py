@@ -15,13 +15,16 @@ _UNITS = (
     (r"angular_acceleration\.xyz\[\d\]$", "rad/s2"),
     (r"(gps_position|sensor_gps)\.(lat|lon)$", "degE7"),
     (r"(gps_position|sensor_gps)\.(alt|alt_ellipsoid)$", "mm"),
-    (r"\.(roll|pitch|yaw|heading|phi|psi|theta|cog_rad)$", "rad"),
-    (r"\.(rollspeed|pitchspeed|yawspeed|gyro_rad\[\d\])$|angular_velocity\.xyz\[\d\]$", "rad/s"),
+    (r"(attitude|local_position)\.(roll|pitch|yaw|heading)$|\.cog_rad$", "rad"),
+    (
+        r"rates_setpoint\.(roll|pitch|yaw)$|\.(rollspeed|pitchspeed|yawspeed|gyro_rad\[\d\])$|angular_velocity\.xyz\[\d\]$",
+        "rad/s",
+    ),
     (r"position\.(x|y|z|alt|altitude)$|\.(depth|distance_bottom)$", "m"),
     (r"\.(vx|vy|vz|vel_[ned]|vel_[ned]_m_s|vel_m_s|velocity\[\d\])$", "m/s"),
     (r"global_position.*\.(lat|lon)$|\.(latitude_deg|longitude_deg)$", "deg"),
     (r"accelerometer_m_s2\[\d\]$", "m/s2"),
-    (r"pressure_pa$|\.pressure$", "Pa"),
+    (r"pressure_pa$", "Pa"),
 )
 
 
