@@ -140,6 +140,15 @@ def test_a_clock_that_wraps_is_told_from_one_that_was_set(times, period):
     assert f"wraps_every_s = {period:.12g}" in str(error.value).replace(".0 ", " ")
 
 
+def test_a_stamp_years_after_the_others_can_be_cut_off():
+    """As a damaged message has it, whose row would come after millions of an order that is held."""
+    source = log(a=([0.0, 1.0, 1e12], T, "m"), n=([0.0], [900.0], "rpm"))
+    columns = {"x_m": {"signal": "a"}, "rpm": {"signal": "n", "held": True}}
+    with refused("data", "time"):
+        converted(source, **columns)
+    assert converted(source, {"end_s": 10.0}, **columns).times[-1] == 1.0
+
+
 def test_columns_without_a_time_in_common():
     source = log(a=([0.0, 1.0], [0.0, 1.0], "m"), b=([50.0, 51.0], [0.0, 1.0], "m"))
     with refused("conflict", "y_m"):
