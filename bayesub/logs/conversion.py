@@ -82,13 +82,13 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     zero = first if log_map.time.zero == "first" else log_map.time.zero
     columns = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
     last = max(columns, key=lambda name: columns[name].times[-1])
-    if (span := columns[last].times[-1] - min(column.times[0] for column in columns.values())) > log_files.LONGEST:
+    span = columns[last].times[-1] - min(column.times[0] for column in columns.values())
+    if span > log_files.LONGEST:
         message = (
             f"{log.path}: '{columns[last].section.signal}' ends {span:.3g} s after the first reading, more than a "
         )
-        raise InputError(
-            message + "year; give [time] unit, or cut off a damaged stamp by start_s and end_s", "data", "time"
-        )
+        message += "year; give [time] unit, or cut off a damaged stamp by start_s and end_s"
+        raise InputError(message, "data", "time")
     # An order that is held lasts to the end.
     ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
     late, early = max(columns, key=lambda name: columns[name].times[0]), min(ends, key=lambda name: ends[name])
