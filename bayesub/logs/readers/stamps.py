@@ -105,10 +105,13 @@ def _are_digits(numbers: np.ndarray) -> bool:
 
 def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: bool) -> tuple[np.ndarray, str]:
     """Times (n,) that are counted in a unit or as a format of the map, or as the numbers show, with a remark if so."""
-    low, high, step = np.nanmin(numbers), np.nanmax(numbers), _step(numbers)
+    low, high = np.nanquantile(
+        numbers, [0.01, 0.99], method="nearest"
+    )  # a few stamps may be damaged, and rows may come in bursts
+    step, mean = _step(numbers), (high - low) / (0.98 * max(len(numbers) - 1, 1))
 
     def fits(size: float, zero: float, begin: float = SPAN[0]) -> bool:
-        is_step = np.isnan(step) or STEP[0] <= size * step <= STEP[1]
+        is_step = np.isnan(step) or (STEP[0] <= size * mean and size * step <= STEP[1])
         return is_step and begin <= zero + size * low and zero + size * high <= SPAN[1]
 
     places = COUNTS | {key: place for key, place in FORMATS.items() if key != "gps"}
@@ -125,20 +128,20 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
         zero = zero if form or not since else float(np.nan_to_num(_parsed([since], "mixed"))[0])
     elif is_of_week:
         size = 1e-3 if high > WEEK_S or name.lower() in MILLISECONDS else 1.0
+    elif not form and high <= 1.0 and STEP[0] / DAY_S <= step < STEP[0]:
+        size, remark = DAY_S, f"'{name}' is read as the part of a day that has passed"
     elif not form and not fits(1.0, 0.0, -np.inf):
         if found:
             size, zero = places[found]
-            begin = np.datetime64(int(zero + size * low), "s").item()
+            begin = np.datetime64(int(zero + size * np.nanmin(numbers)), "s").item()
             remark = f"'{name}' is read with {line} and begins on {begin} UTC; [time] of the map can say otherwise"
-        elif high <= 1.0 and fits(DAY_S, 0.0, 0.0):
-            size, remark = DAY_S, f"'{name}' is read as the part of a day that has passed"
         else:
             likely = [key for key, (factor, _) in COUNTS.items() if STEP[0] <= factor * step <= STEP[1] or key == "s"]
             lines = " or ".join(f'unit = "{key}"' for key in reversed(likely))
             message = f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; "
             raise InputError(f"{message}if these are no seconds, write {lines} under [time]", "missing", "time.unit")
     times = zero + size * numbers
-    if np.nanmax(np.abs(times)) > LATEST:
+    if abs(zero + size * high) > LATEST:
         message = f"column '{name}' of times: {high:.12g} {unit or 's'} is after the year 5000; "
         remedy = f"write {line} under [time] of the map" if found else "give [time] unit or format"
         raise InputError(message + remedy, "unit", "time.unit")

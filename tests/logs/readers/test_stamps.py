@@ -43,9 +43,12 @@ def test_what_numbers_count_is_seen_from_them(cells, tolerance):
     assert "begins on 2021-01-30 23:59:58 UTC" in remark
 
 
-@pytest.mark.parametrize(
-    "cells", [[0.0, 0.1, 0.2], [103.0, 104.0, 0.0, 1.0], [1e5, 1e5 + 1], [45000.0, 45000.5], [UNIX, UNIX + 0.02], [7.0]]
-)
+SECONDS = [[0.0, 0.1, 0.2], [103.0, 104.0, 0.0, 1.0], [1e5, 1e5 + 1], [45000.0, 45000.5], [UNIX, UNIX + 0.02], [7.0]]
+SECONDS.append([0.0, 1e-4, 2e-4, 1.0, 1.0001, 1.0002])  # rows in bursts
+SECONDS.append([*np.arange(200.0), 1e15])  # one that is damaged
+
+
+@pytest.mark.parametrize("cells", SECONDS)
 def test_seconds_are_seconds(cells):
     times, remark = read(cells)
     np.testing.assert_array_equal(times, cells)
