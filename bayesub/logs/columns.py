@@ -1,9 +1,12 @@
-"""What columns of a log show by themselves: stamps, jumps of the clock, values that stand still, angles that wrap."""
+"""What columns of a log show by themselves.
+
+Rows of several boats, stamps, jumps of the clock, values that stand for no reading or stand still, angles that wrap.
+"""
 
 import numpy as np
 
 from bayesub.io.units import DEGREE, TURN
-from bayesub.logs.log_files import ACCELERATIONS  # which do jump
+from bayesub.logs.log_files import ACCELERATIONS, missing_key, si_factor, stands_for_missing  # the first do jump
 from bayesub.logs.series import ANGLES, HEADINGS, Finding, Series, series
 
 UNSORTED = 3  # steps back beyond which rows are out of order rather than a clock set back
@@ -13,6 +16,14 @@ STILL = 0.2  # share of the expected motion below which the boat stood still ove
 ALIKE = 0.25  # share of their sum by which speeds before and after may differ
 _MOVED = 20.0  # median changes between readings that the expected motion must exceed
 _SLOW = 0.5  # share of the median speed of the log below which the distance due is unknown: a glider at the surface
+
+APART = 3.0  # times the largest changes of the others, by which a value that stands for no reading is off them
+OFTEN = 3  # cells of a value that is not a usual one, from which on it may stand for no reading
+PLACES = ("x", "y", "z", "depth", "theta", *HEADINGS)  # which go on from where they are
+ROWS = 16  # in which boats are told apart by
+GROUPS = 6  # places at most, with a
+BETWEEN = 0.1  # share of all between two of them at least, and less inside of each
+MOSTLY = 0.6  # share of such pieces of a log, beyond which its rows are of several boats
 
 LEAST = 20  # readings of one value in a row
 CHANCE = 1e-6  # probability of so many repeats, beyond which they are looked at
@@ -104,6 +115,87 @@ def _motion_over(columns: list[Series], before: float, after: float, n: int = 8)
         typical.append(np.median(np.abs(np.diff(column.values))))
         usual.append(typical[-1] * (after - before) / np.median(np.diff(column.times)))
     return tuple(float(np.linalg.norm(part)) for part in (moved, expected, typical, usual))
+
+
+def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict[float, int]:
+    """Numbers that stand for no reading, and in how many cells.
+
+    They repeat exactly, and the column jumps to them and back each time by more than it ever changes otherwise. Of a
+    number that programs write for this one cell is enough, and with `usual` only such are looked for, as in controls,
+    which do jump.
+
+    `values` (n,): finite, in the order of time; differences count modulo `turn`, if it is not zero.
+    """
+
+    def changes(some):
+        steps = np.diff(some)
+        return np.abs(np.remainder(steps + 0.5 * turn, turn) - 0.5 * turn if turn else steps)
+
+    steps = changes(values)
+    moves = np.flatnonzero(np.diff(values))
+    if len(moves) < 2:
+        return {}
+    # Of each run of one value the smaller of the jumps to it and from it, and of each value the smallest.
+    jumps = np.concatenate([[np.inf], steps[moves], [np.inf]])
+    numbers, which = np.unique(values[np.append(moves, len(values) - 1)], return_inverse=True)
+    smallest = np.full(len(numbers), np.inf)
+    np.minimum.at(smallest, which, np.minimum(jumps[:-1], jumps[1:]))
+    far = numbers[smallest > APART * np.median(steps)]
+    counts = {float(value): int(np.count_nonzero(values == value)) for value in far[stands_for_missing(far)]}
+    if not usual:
+        far, cells = np.unique(values[np.isin(values, far)], return_counts=True)
+        counts |= {float(value): int(n) for value, n in zip(far, cells, strict=True) if n >= OFTEN}
+    others = changes(values[~np.isin(values, list(counts))])
+    others = np.sort(others[others > 0.0])
+    if len(others) < LEAST:
+        return {}
+    return {v: n for v, n in counts.items() if smallest[numbers == v][0] > APART * others[-OUTLIERS]}
+
+
+def check_marks(
+    data: dict[str, Series], headers: dict[str, str], controls: tuple[str, ...] = ()
+) -> tuple[dict[str, Series], list[Finding]]:
+    """Numbers that stand for no reading, and the readings without them; arguments as of :func:`check_stuck`."""
+    data, result = dict(data), []
+    for name, column in data.items():
+        found = marks(column.values, TURN if name in HEADINGS else 0.0, usual=name in controls)
+        for value, n in found.items():
+            cell, header = value / si_factor(headers[name]), headers[name]
+            message = f"{cell:.10g} stands for no reading in {n} of {len(column.values)} cells: it jumps there and back"
+            remedy = f"empty these cells ({missing_key(round(cell, 6), [header])})"
+            result.append(Finding("mark", (header,), message, remedy))
+        if found:
+            data[name] = column.without(np.flatnonzero(np.isin(column.values, list(found))))
+    return data, result
+
+
+def check_mixed(log: dict[str, np.ndarray], headers: dict[str, str]) -> list[Finding]:
+    """Columns in which rows of several boats or instruments alternate; times need not ascend."""
+    found = {}
+    for name in (name for name in PLACES if name in log):
+        values = log[name][np.isfinite(log[name])]
+        values = np.unwrap(values) if name in ANGLES else values
+        pieces = values[: len(values) // ROWS * ROWS].reshape(-1, ROWS)
+        if len(pieces) < 2:
+            continue
+        order = np.argsort(pieces, axis=1)
+        ascending = np.take_along_axis(pieces, order, axis=1)
+        gaps, extent = np.diff(ascending, axis=1), np.ptp(pieces, axis=1)[:, None]
+        groups = np.concatenate([np.zeros_like(order[:, :1]), np.cumsum(gaps > BETWEEN * extent, axis=1)], axis=1)
+        inside = np.where(gaps > BETWEEN * extent, 0.0, gaps)
+        of_row = np.empty_like(groups)
+        np.put_along_axis(of_row, order, groups, axis=1)
+        n_groups = groups[:, -1] + 1
+        several = (n_groups > 1) & (n_groups <= GROUPS) & (inside.sum(axis=1) < BETWEEN * extent[:, 0])
+        several &= np.count_nonzero(np.diff(of_row, axis=1), axis=1) > ROWS // 4
+        several &= extent[:, 0] > np.min(np.diff(np.unique(values)), initial=np.inf) / BETWEEN  # and not of rounding
+        if several.mean() > MOSTLY:
+            found[headers[name]] = int(np.median(n_groups[several]))
+    if not found:
+        return []
+    message = f"rows of {max(found.values())} boats or instruments alternate"
+    remedy = "keep those of one, in a map by where = { NAME = .. } with the column that tells them apart"
+    return [Finding("mixed", tuple(found), message, remedy, misread=True)]
 
 
 def check_angles(data: dict[str, Series], headers: dict[str, str]) -> tuple[dict[str, Series], list[Finding]]:

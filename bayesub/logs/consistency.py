@@ -51,12 +51,15 @@ def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tupl
         Short names of controls besides those of all boats.
     """
     controls = (*CONTROLS, "rpm", *controls)
+    if mixed := columns.check_mixed(log, headers):
+        return mixed
     log, result = columns.check_stamps(log)
     result += columns.check_clock(log)
-    data, of_angles = columns.check_angles(series(log), headers)
+    data, of_marks = columns.check_marks(series(log), headers, controls)
+    data, of_angles = columns.check_angles(data, headers)
     data, of_stuck = columns.check_stuck(data, headers, controls)
     data, of_kinematics = _check_kinematics(data, headers)
-    result += [*of_angles, *of_stuck, *of_kinematics]
+    result += [*of_marks, *of_angles, *of_stuck, *of_kinematics]
     headers = _all_headers(headers, data)
     if "u" in data and "v" in data:
         u, v = (float(np.median(np.abs(data[name].values))) for name in "uv")

@@ -34,6 +34,7 @@ OUTPUTS = (*STATES, *ACCELERATIONS)
 CONTROLS = ("delta_r", "delta_b", "delta_s")
 
 WRITTEN = "%.12g"  # digits of a number in a file
+COMMENTS = ("#", "%", "//")  # how lines begin that are none
 CHUNK = 100_000  # rows that are searched at a time for what is wrong with a file
 
 _LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
@@ -66,6 +67,7 @@ _UPRIGHT, _DEEPEST, _FASTEST = 90.1, 12e3, 1080.0 * DEGREE
 POSSIBLE = {"theta": (-_UPRIGHT * DEGREE, _UPRIGHT * DEGREE), "depth": (-100.0, _DEEPEST), "z": (-_DEEPEST, _DEEPEST)}
 POSSIBLE |= dict.fromkeys("pqr", (-_FASTEST, _FASTEST))
 LONGEST = 366 * 86400.0  # s from the first row to the last
+VAST = 1e15  # sizes beyond are no readings of anything: 9.96921e36 and 1e38 stand for them
 
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
@@ -126,7 +128,7 @@ def read_log(
     for row, column in np.argwhere((rows < least) | (rows > most))[:1]:
         name, value = names[column], rows[row, column]
         excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
-        remedy = "check the unit, or empty the cell"
+        remedy = f"check the unit, or {_emptying(dict(zip(names, (rows == value).sum(axis=0), strict=True)), value)}"
         raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
     log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
@@ -145,6 +147,28 @@ def read_log(
     return log
 
 
+def stands_for_missing(values: np.ndarray) -> np.ndarray:
+    """Which numbers (n,) programs write for a reading that is missing: nines, ends of integers, vast ones."""
+    sizes = np.abs(values)
+    nines = [10.0**k - 10.0**-m for k in range(2, 8) for m in range(4)]
+    ends = [2.0**k - one for k in (7, 8, 15, 16, 31, 32) for one in (0.0, 1.0)]
+    return (sizes > VAST) | np.isclose(sizes[:, None], nines + ends, rtol=1e-9).any(axis=1)
+
+
+def _emptying(cells: dict[str, int], value: float) -> str:
+    """The remedy for a number that stands in so many cells of columns."""
+    found = {name: n for name, n in cells.items() if n}
+    if sum(found.values()) < 2 and not stands_for_missing(np.array([value]))[0]:
+        return "empty the cell"
+    where = ", ".join(f"{n} cells of {name}" for name, n in found.items())
+    return f"empty {where} if it stands for no reading ({missing_key(value, found)})"
+
+
+def missing_key(value: float, columns: Iterable[str]) -> str:
+    """The line of a map that drops a value."""
+    return f"in a map missing = [{value:.12g}] under {', '.join(f'[columns.{name}]' for name in columns)}"
+
+
 def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
     """The names of the columns of a file as they stand there, all of them known or among `controls`."""
     columns = _columns(controls)
@@ -156,9 +180,14 @@ def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
             remedy = "separate them by commas, with decimal points"
             raise InputError(f"{path}: columns are separated by {word}; {remedy}", "format")
     names = [name.strip().strip('"') for name in header.split(",")]
-    for name in names:
+    if names[0].startswith(COMMENTS):
+        raise InputError(f"{path}: line 1 is a comment; delete it, so that the names come first", "format", names[0])
+    for k, name in enumerate(names, 1):
+        if not name:
+            message = f"{path}: line 1: column {k} has no name, as after a comma too many; name it or delete it"
+            raise InputError(message, "format")
         if name not in columns:
-            quantity = name.rpartition("_")[0].lower()
+            quantity = name.rpartition("_")[0].lower() or None
             same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]  # in another unit
             suggestion = f": did you mean '{same[0]}'?" if same else nearest(name, columns)
             raise InputError(f"{path}: unknown column '{name}'{suggestion}", "unknown", name)
@@ -220,21 +249,28 @@ def _numbers(path: Path, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
-    """The error that names the first cell that is neither empty nor a finite number."""
+    """The error that names the first cell that is neither empty nor a finite number, and how many there are."""
     import pandas as pd
 
+    first, counts = None, dict.fromkeys(options["names"], 0)
     with pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-            wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
-            if wrong.size:
-                row, column = wrong[0]
-                cell = table.iat[row, column]
-                hint = "; write a decimal point" if "," in cell else ""
-                name = table.columns[column]
-                where = f"{path}: line {table.index[row] + 2}, column '{name}'"
-                return InputError(f"{where}: '{cell}' is not a finite number{hint}", "data", name)
-    return InputError(f"{path}: holds cells that are not finite numbers", "data")
+            wrong = table.notna().to_numpy() & ~np.isfinite(numbers)
+            counts = {name: counts[name] + int(n) for name, n in zip(counts, wrong.sum(axis=0), strict=True)}
+            if first is None and wrong.any():
+                row, column = np.argwhere(wrong)[0]
+                first = int(table.index[row]) + 2, table.columns[column], table.iat[row, column]
+    if first is None:
+        return InputError(f"{path}: holds cells that are not finite numbers", "data")
+    line, name, cell = first
+    where = f"{path}: line {line}, column '{name}'"
+    if "\0" in cell:
+        message = f"{where}: holds bytes of zero, as a loss of power leaves them; delete these lines"
+        return InputError(message, "data", name)
+    all_cells = ", ".join(f"{n} of {column}" for column, n in counts.items() if n)
+    hint = "write decimal points" if "," in cell else "empty these cells, or let bayesub convert csv leave them out"
+    return InputError(f"{where}: '{cell}' is not a finite number ({all_cells} are not); {hint}", "data", name)
 
 
 def _positions_of_fixes(
