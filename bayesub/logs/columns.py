@@ -3,27 +3,32 @@
 Rows of several boats, stamps, jumps of the clock, values that stand for no reading or stand still, angles that wrap.
 """
 
+import itertools
+
 import numpy as np
 
 from bayesub.io.units import DEGREE, TURN
 from bayesub.logs.log_files import ACCELERATIONS, missing_key, si_factor, stands_for_missing  # the first do jump
-from bayesub.logs.series import ANGLES, HEADINGS, Finding, Series, series
+from bayesub.logs.series import ANGLES, GAP, HEADINGS, Finding, Series, series
 
 UNSORTED = 3  # steps back beyond which rows are out of order rather than a clock set back
 ROUNDED = 0.05  # share of rows that repeat a stamp, beyond which stamps have too few digits
 JUMP = 10.0  # median intervals, beyond which a step of the clock is compared with the motion
 STILL = 0.2  # share of the expected motion below which the boat stood still over the step
+BURSTS = 12  # first steps that are compared; if most are late, stamps are those of receipt
 ALIKE = 0.25  # share of their sum by which speeds before and after may differ
 _MOVED = 20.0  # median changes between readings that the expected motion must exceed
 _SLOW = 0.5  # share of the median speed of the log below which the distance due is unknown: a glider at the surface
 
-APART = 3.0  # times the largest changes of the others, by which a value that stands for no reading is off them
+APART = 3.0  # times the largest changes otherwise, from which on a reading is no reading
 OFTEN = 3  # cells of a value that is not a usual one, from which on it may stand for no reading
 PLACES = ("x", "y", "z", "depth", "theta", *HEADINGS)  # which go on from where they are
 ROWS = 16  # in which boats are told apart by
 GROUPS = 6  # places at most, with a
 BETWEEN = 0.1  # share of all between two of them at least, and less inside of each
-MOSTLY = 0.6  # share of such pieces of a log, beyond which its rows are of several boats
+MOSTLY = 0.6  # share of jumps or pieces that count, beyond which all do
+
+_TURNS = ((("psi",), "heading"), (("heading",), "heading"))
 
 LEAST = 20  # readings of one value in a row
 CHANCE = 1e-6  # probability of so many repeats, beyond which they are looked at
@@ -55,7 +60,7 @@ def check_stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], lis
         for k in back:
             step = times[k] - times[k + 1] + interval
             message = f"goes back from {times[k]:.6g} to {times[k + 1]:.6g} s"
-            remedy = f"add {step:.4g} to the rows after it if they follow on"
+            remedy = f"add {step:.4g} to the rows after it if they follow on, or cut the log there if a run begins"
             result.append(Finding("clock", ("time_s",), message, remedy))
             times[k + 1 :] += step
     same = np.flatnonzero(np.diff(times) == 0.0)
@@ -78,11 +83,8 @@ def check_stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], lis
 
 def check_clock(log: dict[str, np.ndarray]) -> list[Finding]:
     """Steps of the clock over which the boat did not move as it did before and after; times must ascend."""
-    data, steps = series(log), np.diff(log["time"])
-    result: list[Finding] = []
-    if not len(steps):
-        return result
-    for k in np.flatnonzero(steps > JUMP * np.median(steps)):
+    data, steps, late = series(log), np.diff(log["time"]), {}
+    for k in np.flatnonzero(steps > JUMP * np.median(steps))[:BURSTS] if len(steps) else ():
         before, after = log["time"][k], log["time"][k + 1]
         for names in (("x", "y"), ("depth",), ("z",)):
             columns = [data[name] for name in names if name in data]
@@ -92,10 +94,33 @@ def check_clock(log: dict[str, np.ndarray]) -> list[Finding]:
             if expected > max(_MOVED * typical, _SLOW * usual) and moved < STILL * expected:
                 words = f"jumps from {before:.6g} to {after:.6g} s, in which {' and '.join(names)} change by "
                 words += f"{moved:.3g} m where {expected:.3g} m are due"
-                remedy = f"subtract {after - before - np.median(steps):.4g} from the rows after it"
-                result.append(Finding("clock", ("time_s",), words, remedy))
-            break
-    return result
+                late[k] = words, f"subtract {after - before - np.median(steps):.4g} from the rows after it"
+    if len(late) > BURSTS // 2:
+        remedy = "take the stamps of the header of each message ([time] signal in a map), or space the rows evenly"
+        words, _ = late[min(late)]
+        return [Finding("clock", ("time_s",), f"rows come in bursts, as they are received: it {words}", remedy)]
+    return [Finding("clock", ("time_s",), *late[k]) for k in late]
+
+
+def check_runs(data: dict[str, Series], headers: dict[str, str]) -> list[Finding]:
+    """Where two of place, depth and heading are elsewhere from one reading to the next, as where runs were joined."""
+    jumps = []
+    for names, what in ((("x", "y"), "place"), (("depth",), "depth"), (("z",), "depth"), *_TURNS):
+        parts = [data[name].unwrapped() if name in ANGLES else data[name] for name in names if name in data]
+        if len(parts) < len(names) or len({len(part.times) for part in parts}) > 1:
+            continue
+        times, moved = parts[0].times, np.linalg.norm([np.diff(part.values) for part in parts], axis=0)
+        speeds = moved / np.diff(times)
+        usual = max(RELEASE * np.median(speeds), APART * np.sort(speeds)[-OUTLIERS])
+        far = (speeds > usual) & (np.diff(times) < GAP * parts[0].interval)
+        jumps += [(times[k], times[k + 1], what, [headers[name] for name in names]) for k in np.flatnonzero(far)]
+    result = {}
+    for (begin, end, what, names), (other_begin, other_end, other, others) in itertools.combinations(jumps, 2):
+        if what != other and begin < other_end and other_begin < end:
+            message = f"jump together at {end:.6g} s, as where another run begins"
+            remedy = "cut the log there, or keep one run by start_s and end_s under [time] of a map"
+            result.setdefault(end, Finding("run", (*names, *others), message, remedy))
+    return list(result.values())
 
 
 def _motion_over(columns: list[Series], before: float, after: float, n: int = 8) -> tuple[float, ...]:
@@ -108,7 +133,9 @@ def _motion_over(columns: list[Series], before: float, after: float, n: int = 8)
             times = column.times[side]
             slope = np.polyfit(times - times[0], column.values[side], 1)[0] if len(times) > 2 else np.nan
             speeds.append(float(slope))
-        if first in (0, len(column.times)) or not abs(speeds[1] - speeds[0]) < ALIKE * abs(sum(speeds)):
+        if first in (0, len(column.times)):
+            return 0.0, 0.0, 0.0, 0.0  # it has no readings there
+        if not abs(speeds[1] - speeds[0]) < ALIKE * abs(sum(speeds)):
             speeds = [0.0, 0.0]  # it turned in between, and the distance due is unknown
         moved.append(column.values[first] - column.values[first - 1])
         expected.append(np.mean(speeds) * (after - before))
@@ -120,36 +147,40 @@ def _motion_over(columns: list[Series], before: float, after: float, n: int = 8)
 def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict[float, int]:
     """Numbers that stand for no reading, and in how many cells.
 
-    They repeat exactly, and the column jumps to them and back each time by more than it ever changes otherwise. Of a
-    number that programs write for this one cell is enough, and with `usual` only such are looked for, as in controls,
-    which do jump.
+    They repeat exactly, and the column jumps to them and back by more than it ever changes otherwise, but for some
+    times by chance. Of a number that programs write for this one cell is enough, and with `usual` only such are looked
+    for, as in controls, which do jump.
 
-    `values` (n,): finite, in the order of time; differences count modulo `turn`, if it is not zero.
+    `values` (n,): finite, in the order of time, as the file has them; differences count modulo `turn`, if it is not
+    zero.
     """
 
-    def changes(some):
-        steps = np.diff(some)
+    def folded(steps):
         return np.abs(np.remainder(steps + 0.5 * turn, turn) - 0.5 * turn if turn else steps)
 
-    steps = changes(values)
-    moves = np.flatnonzero(np.diff(values))
-    if len(moves) < 2:
-        return {}
-    # Of each run of one value the smaller of the jumps to it and from it, and of each value the smallest.
-    jumps = np.concatenate([[np.inf], steps[moves], [np.inf]])
+    steps = np.diff(values)
+    moves = np.flatnonzero(steps)
     numbers, which = np.unique(values[np.append(moves, len(values) - 1)], return_inverse=True)
-    smallest = np.full(len(numbers), np.inf)
-    np.minimum.at(smallest, which, np.minimum(jumps[:-1], jumps[1:]))
-    far = numbers[smallest > APART * np.median(steps)]
-    counts = {float(value): int(np.count_nonzero(values == value)) for value in far[stands_for_missing(far)]}
-    if not usual:
-        far, cells = np.unique(values[np.isin(values, far)], return_counts=True)
-        counts |= {float(value): int(n) for value, n in zip(far, cells, strict=True) if n >= OFTEN}
-    others = changes(values[~np.isin(values, list(counts))])
+    jumps = np.where(np.abs(numbers[which]) > turn, [np.abs(_beside(steps[moves]))], [_beside(folded(steps[moves]))])[0]
+
+    def far(least):
+        return numbers[np.bincount(which, jumps > least) > MOSTLY * np.bincount(which)]
+
+    candidates = far(APART * np.median(folded(steps)))
+    found, cells = np.unique(values[np.isin(values, candidates)], return_counts=True)
+    likely = stands_for_missing(found) | ((cells >= OFTEN) & (not usual))
+    others = folded(np.diff(values[~np.isin(values, found[likely])]))
     others = np.sort(others[others > 0.0])
-    if len(others) < LEAST:
+    if len(others) < 2 * OUTLIERS:
         return {}
-    return {v: n for v, n in counts.items() if smallest[numbers == v][0] > APART * others[-OUTLIERS]}
+    likely &= np.isin(found, far(APART * others[-OUTLIERS]))
+    return {float(value): int(n) for value, n in zip(found[likely], cells[likely], strict=True)}
+
+
+def _beside(jumps: np.ndarray) -> np.ndarray:
+    """Of runs of one value (n + 1,) the smaller of the jumps (n,) to and from each."""
+    ends = np.concatenate([[np.inf], np.abs(jumps), [np.inf]])
+    return np.minimum(ends[:-1], ends[1:])
 
 
 def check_marks(
@@ -158,14 +189,15 @@ def check_marks(
     """Numbers that stand for no reading, and the readings without them; arguments as of :func:`check_stuck`."""
     data, result = dict(data), []
     for name, column in data.items():
-        found = marks(column.values, TURN if name in HEADINGS else 0.0, usual=name in controls)
+        header, cells = headers[name], column.values / si_factor(headers[name])
+        turn = TURN / si_factor(header) if name in HEADINGS else 0.0
+        found = marks(np.round(cells, 9), turn, usual=name in controls)
         for value, n in found.items():
-            cell, header = value / si_factor(headers[name]), headers[name]
-            message = f"{cell:.10g} stands for no reading in {n} of {len(column.values)} cells: it jumps there and back"
-            remedy = f"empty these cells ({missing_key(round(cell, 6), [header])})"
+            message = f"{value:.10g} stands for no reading in {n} of {len(cells)} cells: it jumps there and back"
+            remedy = f"empty these cells ({missing_key(value, [header])})"
             result.append(Finding("mark", (header,), message, remedy))
         if found:
-            data[name] = column.without(np.flatnonzero(np.isin(column.values, list(found))))
+            data[name] = column.without(np.flatnonzero(np.isin(np.round(cells, 9), list(found))))
     return data, result
 
 

@@ -19,6 +19,9 @@ TIE = 1.1  # of two mends that do about the same the first is taken: radians (57
 SIDEWAYS = 0.2  # speed ahead over that to the side, below which the names are exchanged
 _FLOOR = 1e-3
 
+APART = {True: 20.0 * DEGREE, False: 5.0}  # of angles, rad, and of places, m, from which on a constant is not believed
+BOTH_WAYS = 30.0 * DEGREE  # of heading, to either side, that no rudder at rest makes
+
 SMALL = 0.8  # rad that no rudder exceeds, so that 0.8 "degrees" may be radians
 LARGE = 1.6  # rad that no rudder reaches
 TURNED = 60.0 * DEGREE  # of heading, beyond which a rudder of less than SMALL degrees is not believed
@@ -56,11 +59,13 @@ def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tupl
     log, result = columns.check_stamps(log)
     result += columns.check_clock(log)
     data, of_marks = columns.check_marks(series(log), headers, controls)
+    if runs := columns.check_runs(data, headers):
+        return [*result, *of_marks, *runs]  # what they have in common says nothing
     data, of_angles = columns.check_angles(data, headers)
     data, of_stuck = columns.check_stuck(data, headers, controls)
     data, of_kinematics = _check_kinematics(data, headers)
-    result += [*of_marks, *of_angles, *of_stuck, *of_kinematics]
     headers = _all_headers(headers, data)
+    result += [*of_marks, *of_angles, *of_stuck, *of_kinematics, *_check_constants(data, headers, controls)]
     if "u" in data and "v" in data:
         u, v = (float(np.median(np.abs(data[name].values))) for name in "uv")
         if u < SIDEWAYS * v:
@@ -159,6 +164,27 @@ def _gain(
 
 def _log(share: float) -> float:
     return float(np.log(min(1.0, max(_FLOOR, share))))
+
+
+def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, ...]) -> list[Finding]:
+    """Columns that hold one value from first to last beside others by which they should change."""
+    constant = {name for name, column in data.items() if not np.ptp(column.values)}
+    reasons = {}
+    for relation in relations(data):
+        for name in constant & {*relation.targets, *relation.needed} - reasons.keys():
+            others = {*relation.targets, *relation.needed} - constant
+            if others and (apart := relation.apart(data)) > APART[relation.rotation]:
+                size = f"{apart / DEGREE:.3g} deg" if relation.rotation else f"{apart:.3g} m"
+                reasons[name] = f"{relation.words} go {size} apart"
+    steering = {name for name in controls if name in data and name not in (*CONTROLS[1:], "rpm")}
+    angle = next((data[name].unwrapped().values for name in ("psi", "heading") if name in data), np.zeros(1))
+    rise, fall = (angle - np.minimum.accumulate(angle)).max(), (np.maximum.accumulate(angle) - angle).max()
+    if steering == {"delta_r"} <= constant and min(rise, fall) > BOTH_WAYS:
+        reasons["delta_r"] = f"the boat turns by {rise / DEGREE:.3g} deg to starboard and by {fall / DEGREE:.3g} to port"
+    return [
+        Finding("constant", (headers[name],), f"never changes, and {reason}", "leave the column out", misread=True)
+        for name, reason in reasons.items()
+    ]
 
 
 def _check_sizes_of_controls(data: Data, headers: dict[str, str], names: tuple[str, ...]) -> list[Finding]:
