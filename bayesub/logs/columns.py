@@ -18,6 +18,8 @@ STILL = 0.2  # share of the expected motion below which the boat stood still ove
 BURSTS = 12  # first steps that are compared; if most are late, stamps are those of receipt
 ALIKE = 0.25  # share of their sum by which speeds before and after may differ
 _MOVED = 20.0  # median changes between readings that the expected motion must exceed
+IN_BURSTS = 3.0  # median changes that the expected motion between bursts exceeds
+_SEEN = 1e-3  # m, below which a motion is round-off
 _SLOW = 0.5  # share of the median speed of the log below which the distance due is unknown: a glider at the surface
 
 APART = 3.0  # times the largest changes otherwise, from which on a reading is no reading
@@ -83,7 +85,7 @@ def check_stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], lis
 
 def check_clock(log: dict[str, np.ndarray]) -> list[Finding]:
     """Steps of the clock over which the boat did not move as it did before and after; times must ascend."""
-    data, steps, late = series(log), np.diff(log["time"]), {}
+    data, steps, late, n_bursts = series(log), np.diff(log["time"]), {}, 0
     for k in np.flatnonzero(steps > JUMP * np.median(steps))[:BURSTS] if len(steps) else ():
         before, after = log["time"][k], log["time"][k + 1]
         for names in (("x", "y"), ("depth",), ("z",)):
@@ -91,14 +93,15 @@ def check_clock(log: dict[str, np.ndarray]) -> list[Finding]:
             if len(columns) < len(names):
                 continue
             moved, expected, typical, usual = _motion_over(columns, before, after)
-            if expected > max(_MOVED * typical, _SLOW * usual) and moved < STILL * expected:
+            n_bursts += IN_BURSTS * typical < expected > max(2.0 * moved, _SEEN)
+            if expected > max(_MOVED * typical, _SLOW * usual, _SEEN) and moved < STILL * expected:
                 words = f"jumps from {before:.6g} to {after:.6g} s, in which {' and '.join(names)} change by "
                 words += f"{moved:.3g} m where {expected:.3g} m are due"
                 late[k] = words, f"subtract {after - before - np.median(steps):.4g} from the rows after it"
-    if len(late) > BURSTS // 2:
+    if n_bursts > BURSTS // 2:
+        message = "rows come in bursts, between which the boat moves as little as within them: times of receipt"
         remedy = "take the stamps of the header of each message ([time] signal in a map), or space the rows evenly"
-        words, _ = late[min(late)]
-        return [Finding("clock", ("time_s",), f"rows come in bursts, as they are received: it {words}", remedy)]
+        return [Finding("clock", ("time_s",), message, remedy)]
     return [Finding("clock", ("time_s",), *late[k]) for k in late]
 
 
@@ -168,11 +171,14 @@ def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict
 
     candidates = far(APART * np.median(folded(steps)))
     found, cells = np.unique(values[np.isin(values, candidates)], return_counts=True)
-    likely = stands_for_missing(found) | ((cells >= OFTEN) & (not usual))
-    others = folded(np.diff(values[~np.isin(values, found[likely])]))
+    runs = np.bincount(which)[np.isin(numbers, found)]
+    likely = stands_for_missing(found) | ((cells >= OFTEN) & (runs > 1) & (not usual))
+    rest = values[~np.isin(values, found[likely])]
+    others = folded(np.diff(rest))
     others = np.sort(others[others > 0.0])
-    if len(others) < 2 * OUTLIERS:
-        return {}
+    if len(others) < 2 * OUTLIERS:  # a control that hardly moves
+        likely &= stands_for_missing(found)
+        others = np.full(OUTLIERS, np.ptp(rest, axis=0) if len(rest) else np.inf)
     likely &= np.isin(found, far(APART * others[-OUTLIERS]))
     return {float(value): int(n) for value, n in zip(found[likely], cells[likely], strict=True)}
 

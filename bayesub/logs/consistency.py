@@ -63,9 +63,10 @@ def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tupl
         return [*result, *of_marks, *runs]  # what they have in common says nothing
     data, of_angles = columns.check_angles(data, headers)
     data, of_stuck = columns.check_stuck(data, headers, controls)
+    data, of_constants = _check_constants(data, headers, controls)
     data, of_kinematics = _check_kinematics(data, headers)
     headers = _all_headers(headers, data)
-    result += [*of_marks, *of_angles, *of_stuck, *of_kinematics, *_check_constants(data, headers, controls)]
+    result += [*of_marks, *of_angles, *of_stuck, *of_constants, *of_kinematics]
     if "u" in data and "v" in data:
         u, v = (float(np.median(np.abs(data[name].values))) for name in "uv")
         if u < SIDEWAYS * v:
@@ -166,8 +167,10 @@ def _log(share: float) -> float:
     return float(np.log(min(1.0, max(_FLOOR, share))))
 
 
-def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, ...]) -> list[Finding]:
-    """Columns that hold one value from first to last beside others by which they should change."""
+def _check_constants(
+    data: Data, headers: dict[str, str], controls: tuple[str, ...]
+) -> tuple[Data, list[Finding]]:
+    """Columns that hold one value from first to last beside others by which they should change, and the others."""
     constant = {name for name, column in data.items() if not np.ptp(column.values)}
     reasons = {}
     for relation in relations(data):
@@ -181,10 +184,11 @@ def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, .
     rise, fall = (angle - np.minimum.accumulate(angle)).max(), (np.maximum.accumulate(angle) - angle).max()
     if steering == {"delta_r"} <= constant and min(rise, fall) > BOTH_WAYS:
         reasons["delta_r"] = f"the boat turns by {rise / DEGREE:.3g} deg to starboard and by {fall / DEGREE:.3g} to port"
-    return [
+    found = [
         Finding("constant", (headers[name],), f"never changes, and {reason}", "leave the column out", misread=True)
         for name, reason in reasons.items()
     ]
+    return {name: column for name, column in data.items() if name not in reasons}, found
 
 
 def _check_sizes_of_controls(data: Data, headers: dict[str, str], names: tuple[str, ...]) -> list[Finding]:

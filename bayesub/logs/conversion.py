@@ -9,8 +9,10 @@ import numpy as np
 from bayesub.io import units
 from bayesub.io.errors import InputError, nearest
 from bayesub.logs import log_files
+from bayesub.logs.columns import marks
 from bayesub.logs.log_map import ColumnSection, LogMap
 from bayesub.logs.readers.signals import Signal, VehicleLog
+from bayesub.logs.series import HEADINGS
 
 BACKWARDS_S = 1.0  # a clock that goes back by more was set; by less, messages overtook one another
 TICK_S = 1e-6  # resolution of the times that are written
@@ -69,7 +71,8 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
         if section.signal in log.signals:
             columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
         elif not section.optional:
-            suggestion = nearest(section.signal, log.signals) or f"; it has {_few(log.signals)}"
+            why = next((f": {remark}" for remark in log.remarks if remark.startswith(f"'{section.signal}'")), "")
+            suggestion = why or nearest(section.signal, log.signals) or f"; it has {_few(log.signals)}"
             message = f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}"
             raise InputError(message, "unknown", key)
     if not columns:
@@ -103,19 +106,25 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
     usable = np.isfinite(times) & np.isfinite(values)
     if n := np.count_nonzero(~usable):
         remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not numbers and left out")
-    if section.valid is not None:
-        inside = (values >= section.valid[0]) & (values <= section.valid[1])
+    if section.valid is not None or section.missing:
+        least, most = section.valid or (-np.inf, np.inf)
+        inside = (values >= least) & (values <= most)
+        inside &= ~np.isclose(values[:, None], section.missing, rtol=1e-6, atol=0.0).any(axis=1)
         if n := np.count_nonzero(usable & ~inside):
             remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not valid and left out")
         usable &= inside
     times, values = times[usable], values[usable]
+    for mark, n in _marks(name, values).items():
+        remark = f"{mark:.12g} stands for no reading in {n} of {len(values)} values of '{section.signal}'?"
+        remarks.append(f"{remark} missing = [{mark:.12g}] under [columns.{name}] leaves them out")
     if not len(times):
         message = f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
         raise InputError(message, "data", f"columns.{name}")
     steps = np.diff(times)
     for k in np.flatnonzero(steps < -BACKWARDS_S)[:1]:
         message = f"{path}: the time stamps of '{section.signal}' go back from {times[k]:.12g} to {times[k + 1]:.12g} "
-        message += "s: its clock was set; cut the file there, or take a signal with another clock"
+        message += "s: its clock was set, or another run begins; cut the file there, take a signal with another clock, "
+        message += "or keep one run by where (--list names a column for it)"
         raise InputError(message, "data", section.signal)
     if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
@@ -129,6 +138,13 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
         times, values = times[first], values[first]
     return Column(times, _in_unit(name, section, signal.unit, values, where), section, tuple(remarks))
+
+
+def _marks(name: str, values: np.ndarray) -> dict[float, int]:
+    """Values (n,) of the signal of a column that stand for no reading, and how often; controls may jump."""
+    short = log_files.short_name(name)
+    is_control = name in log_files.CONTROL_COLUMNS or short not in log_files.HEADERS
+    return marks(values, 360.0 if short in HEADINGS else 0.0, usual=is_control) if len(values) else {}
 
 
 def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:

@@ -14,7 +14,7 @@ from bayesub.logs.series import ANGLES, WINDOWS, Series, lengths, windows
 
 _TINY = 1e-300
 _ROUND_OFF = 1e-9  # of the largest position or angle
-PIECES = 16  # over which what goes apart is averaged
+PIECES, HALF = 16, 0.5  # over which what goes apart is averaged; share of the motion from which on it counts
 
 
 @dataclass(frozen=True)
@@ -103,17 +103,21 @@ class Relation:
         return at, np.stack([parts[name].at(at) for name in self.targets], axis=1), integrals
 
     def apart(self, data: Data) -> float:
-        """How far targets and integrals of the rates go apart over a record, m or rad, noise averaged out."""
+        """How far targets and integrals of the rates go apart over a record, m or rad, noise averaged out.
+
+        Zero if that is less than half of how far either goes.
+        """
         if not self.columns(data) or (compared := self._compared(self._parts(data))) is None:
             return 0.0
         pieces = [[piece.mean(axis=0) for piece in np.array_split(part, PIECES)] for part in compared]
         at, change, by_rates = (np.diff(part, axis=0) for part in pieces)
         change, by_rates = self._alike(change, by_rates)
-        off = np.cumsum(change - by_rates, axis=0)
+        ways = np.cumsum([change - by_rates, change, by_rates], axis=1)
         if self.drift:
             times = np.cumsum(at)[:, None]
-            off = off - times * (times.T @ off / (times.T @ times))
-        return float(np.ptp(off, axis=0).max())
+            ways = ways - times * (times.T @ ways / (times.T @ times))
+        off, *others = np.ptp(ways, axis=1).max(axis=1)
+        return float(off) if off > HALF * max(others) else 0.0
 
     def _alike(self, change: np.ndarray, by_rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Changes (n, k) of the targets and integrals (n, k) of rates, as the kind compares them."""
