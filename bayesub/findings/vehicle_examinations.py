@@ -196,7 +196,6 @@ def stability(boat: Vehicle) -> Examination:
         "horizontal_G_h": ("v", "r", ("Y", "N"), "and it holds no course with the rudder amidships"),
         "vertical_G_v": ("w", "q", ("Z", "M"), f"but for the righting moment, {righted}"),
     }
-    less = " (less the moment of the mass)" if boat.equations.rigid_body_terms == "separate" else ""
     unstable = False
     for key, index in indices.items():
         across, rotation, (force, moment), what = planes[key]
@@ -204,10 +203,13 @@ def stability(boat: Vehicle) -> Examination:
         symbol = key.partition("_")[2]
         damping = listed([*drift.of(force), *turning.of(moment)], "the damping derivatives")
         if index is None:
-            found.warn(
-                f"{symbol} is undefined: {damping}{less} are not both negative",
-                f"set {damping} from captive tests or a similar boat",
-            )
+            # The force, or else the moment, from which that of the mass is taken off where the equations have it apart.
+            slack = (drift, force, across) if drift.values[force] >= 0.0 else (turning, moment, rotation)
+            names = slack[0].of(slack[1])
+            why = f"{listed(names, '')} {'are' if len(names) > 1 else 'is'} not negative, the mass taken into account"
+            why = why if names else f"{slack[1]} has no term in {slack[2]} that damps"
+            remedy = f"set {listed(names, '')}" if names else f"add a term such as {slack[1]}u{slack[2]}, and set it"
+            found.warn(f"{symbol} is undefined: {why}", f"{remedy} from captive tests or a similar boat")
         elif index <= 0.0:
             munk = listed(drift.of(moment), f"the slope of {moment} by {across}")
             found.warn(

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 
 from bayesub.io.units import DEGREE, TURN
-from bayesub.logs.log_files import ACCELERATIONS, missing_key, si_factor, stands_for_missing  # the first do jump
+from bayesub.logs.log_files import ACCELERATIONS, FIXES, PRESSURES, si_factor, stands_for_missing
 from bayesub.logs.series import ANGLES, GAP, HEADINGS, Finding, Series, series
 
 UNSORTED = 3  # steps back beyond which rows are out of order rather than a clock set back
@@ -30,7 +30,7 @@ GROUPS = 6  # places at most, with a
 BETWEEN = 0.1  # share of all between two of them at least, and less inside of each
 MOSTLY = 0.6  # share of jumps or pieces that count, beyond which all do
 
-_TURNS = ((("psi",), "heading"), (("heading",), "heading"))
+_QUANTITIES = (("x y", "place"), ("depth", "depth"), ("z", "depth"), ("psi", "heading"), ("heading", "heading"))
 
 LEAST = 20  # readings of one value in a row
 CHANCE = 1e-6  # probability of so many repeats, beyond which they are looked at
@@ -85,7 +85,7 @@ def check_stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], lis
 
 def check_clock(log: dict[str, np.ndarray]) -> list[Finding]:
     """Steps of the clock over which the boat did not move as it did before and after; times must ascend."""
-    data, steps, late, n_bursts = series(log), np.diff(log["time"]), {}, 0
+    data, steps, late, n_bursts = series(log), np.diff(log["time"]), dict[int, tuple[str, str]](), 0
     for k in np.flatnonzero(steps > JUMP * np.median(steps))[:BURSTS] if len(steps) else ():
         before, after = log["time"][k], log["time"][k + 1]
         for names in (("x", "y"), ("depth",), ("z",)):
@@ -107,8 +107,9 @@ def check_clock(log: dict[str, np.ndarray]) -> list[Finding]:
 
 def check_runs(data: dict[str, Series], headers: dict[str, str]) -> list[Finding]:
     """Where two of place, depth and heading are elsewhere from one reading to the next, as where runs were joined."""
-    jumps = []
-    for names, what in ((("x", "y"), "place"), (("depth",), "depth"), (("z",), "depth"), *_TURNS):
+    jumps: list[tuple[float, float, str, list[str]]] = []
+    result: dict[float, Finding] = {}
+    for names, what in ((one.split(), what) for one, what in _QUANTITIES):
         parts = [data[name].unwrapped() if name in ANGLES else data[name] for name in names if name in data]
         if len(parts) < len(names) or len({len(part.times) for part in parts}) > 1:
             continue
@@ -117,7 +118,6 @@ def check_runs(data: dict[str, Series], headers: dict[str, str]) -> list[Finding
         usual = max(RELEASE * np.median(speeds), APART * np.sort(speeds)[-OUTLIERS])
         far = (speeds > usual) & (np.diff(times) < GAP * parts[0].interval)
         jumps += [(times[k], times[k + 1], what, [headers[name] for name in names]) for k in np.flatnonzero(far)]
-    result = {}
     for (begin, end, what, names), (other_begin, other_end, other, others) in itertools.combinations(jumps, 2):
         if what != other and begin < other_end and other_begin < end:
             message = f"jump together at {end:.6g} s, as where another run begins"
@@ -148,14 +148,10 @@ def _motion_over(columns: list[Series], before: float, after: float, n: int = 8)
 
 
 def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict[float, int]:
-    """Numbers that stand for no reading, and in how many cells.
+    """Numbers that stand for no reading, and in how many cells, among finite values (n,) in the unit of the file.
 
-    They repeat exactly, and the column jumps to them and back by more than it ever changes otherwise, but for some
-    times by chance. Of a number that programs write for this one cell is enough, and with `usual` only such are looked
-    for, as in controls, which do jump.
-
-    `values` (n,): finite, in the order of time, as the file has them; differences count modulo `turn`, if it is not
-    zero.
+    They repeat exactly, and the column jumps to and from most of them by more than it ever changes otherwise, modulo
+    `turn`. One cell is enough of those that programs write; `usual`: only these are looked for, as in controls.
     """
 
     def folded(steps):
@@ -164,29 +160,22 @@ def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict
     steps = np.diff(values)
     moves = np.flatnonzero(steps)
     numbers, which = np.unique(values[np.append(moves, len(values) - 1)], return_inverse=True)
-    jumps = np.where(np.abs(numbers[which]) > turn, [np.abs(_beside(steps[moves]))], [_beside(folded(steps[moves]))])[0]
+    sizes = np.pad([np.abs(steps[moves]), folded(steps[moves])], ((0, 0), (1, 1)), constant_values=np.inf)
+    jumps = np.where(np.abs(numbers[which]) > turn, *np.minimum(sizes[:, 1:], sizes[:, :-1]))
 
     def far(least):
         return numbers[np.bincount(which, jumps > least) > MOSTLY * np.bincount(which)]
 
-    candidates = far(APART * np.median(folded(steps)))
-    found, cells = np.unique(values[np.isin(values, candidates)], return_counts=True)
-    runs = np.bincount(which)[np.isin(numbers, found)]
-    likely = stands_for_missing(found) | ((cells >= OFTEN) & (runs > 1) & (not usual))
+    found, cells = np.unique(values[np.isin(values, far(APART * np.median(folded(steps))))], return_counts=True)
+    known, runs = stands_for_missing(found), np.bincount(which)[np.isin(numbers, found)]
+    likely = known | ((cells >= OFTEN) & (runs > 1) & (not usual))
     rest = values[~np.isin(values, found[likely])]
-    others = folded(np.diff(rest))
-    others = np.sort(others[others > 0.0])
-    if len(others) < 2 * OUTLIERS:  # a control that hardly moves
-        likely &= stands_for_missing(found)
-        others = np.full(OUTLIERS, np.ptp(rest, axis=0) if len(rest) else np.inf)
-    likely &= np.isin(found, far(APART * others[-OUTLIERS]))
+    others = np.sort(folded(np.diff(rest)))
+    least = others[others > 0.0][-OUTLIERS:][0] if np.count_nonzero(others) >= 2 * OUTLIERS else 0.0
+    if not least:  # it hardly moves
+        likely, least = likely & known, max(np.ptp(rest), np.median(np.abs(rest))) if len(rest) else np.inf
+    likely &= np.isin(found, far(APART * least))
     return {float(value): int(n) for value, n in zip(found[likely], cells[likely], strict=True)}
-
-
-def _beside(jumps: np.ndarray) -> np.ndarray:
-    """Of runs of one value (n + 1,) the smaller of the jumps (n,) to and from each."""
-    ends = np.concatenate([[np.inf], np.abs(jumps), [np.inf]])
-    return np.minimum(ends[:-1], ends[1:])
 
 
 def check_marks(
@@ -195,45 +184,39 @@ def check_marks(
     """Numbers that stand for no reading, and the readings without them; arguments as of :func:`check_stuck`."""
     data, result = dict(data), []
     for name, column in data.items():
-        header, cells = headers[name], column.values / si_factor(headers[name])
-        turn = TURN / si_factor(header) if name in HEADINGS else 0.0
-        found = marks(np.round(cells, 9), turn, usual=name in controls)
+        header = headers.get(name, "")
+        if header in (*PRESSURES, *FIXES):  # of another quantity, such as depth
+            continue
+        cells = np.round(column.values / si_factor(header), 9)
+        found = marks(cells, TURN / si_factor(header) if name in HEADINGS else 0.0, usual=name in controls)
         for value, n in found.items():
             message = f"{value:.10g} stands for no reading in {n} of {len(cells)} cells: it jumps there and back"
-            remedy = f"empty these cells ({missing_key(value, [header])})"
+            remedy = f"empty these cells (in a map missing = [{value:.10g}] under [columns.{header}])"
             result.append(Finding("mark", (header,), message, remedy))
-        if found:
-            data[name] = column.without(np.flatnonzero(np.isin(np.round(cells, 9), list(found))))
+        data[name] = column.without(np.flatnonzero(np.isin(cells, list(found)))) if found else column
     return data, result
 
 
 def check_mixed(log: dict[str, np.ndarray], headers: dict[str, str]) -> list[Finding]:
     """Columns in which rows of several boats or instruments alternate; times need not ascend."""
-    found = {}
+    found = []
     for name in (name for name in PLACES if name in log):
         values = log[name][np.isfinite(log[name])]
         values = np.unwrap(values) if name in ANGLES else values
         pieces = values[: len(values) // ROWS * ROWS].reshape(-1, ROWS)
-        if len(pieces) < 2:
-            continue
-        order = np.argsort(pieces, axis=1)
-        ascending = np.take_along_axis(pieces, order, axis=1)
-        gaps, extent = np.diff(ascending, axis=1), np.ptp(pieces, axis=1)[:, None]
-        groups = np.concatenate([np.zeros_like(order[:, :1]), np.cumsum(gaps > BETWEEN * extent, axis=1)], axis=1)
-        inside = np.where(gaps > BETWEEN * extent, 0.0, gaps)
-        of_row = np.empty_like(groups)
-        np.put_along_axis(of_row, order, groups, axis=1)
-        n_groups = groups[:, -1] + 1
-        several = (n_groups > 1) & (n_groups <= GROUPS) & (inside.sum(axis=1) < BETWEEN * extent[:, 0])
-        several &= np.count_nonzero(np.diff(of_row, axis=1), axis=1) > ROWS // 4
-        several &= extent[:, 0] > np.min(np.diff(np.unique(values)), initial=np.inf) / BETWEEN  # and not of rounding
-        if several.mean() > MOSTLY:
-            found[headers[name]] = int(np.median(n_groups[several]))
-    if not found:
-        return []
-    message = f"rows of {max(found.values())} boats or instruments alternate"
+        order, extent = np.argsort(pieces, axis=1), np.ptp(pieces, axis=1)
+        gaps = np.diff(np.take_along_axis(pieces, order, axis=1), axis=1)
+        between = gaps > BETWEEN * extent[:, None]
+        group = np.pad(np.cumsum(between, axis=1), ((0, 0), (1, 0)))
+        changes = np.diff(np.take_along_axis(group, np.argsort(order, axis=1), axis=1), axis=1)
+        several = (between.sum(axis=1) < GROUPS) & (np.sum(gaps, axis=1, where=~between) < BETWEEN * extent)
+        several &= np.count_nonzero(changes, axis=1) > ROWS // 4
+        several &= extent > np.min(np.diff(np.unique(values)), initial=np.inf) / BETWEEN  # which is not rounding
+        if len(pieces) > 1 and several.mean() > MOSTLY:
+            found.append(headers[name])
     remedy = "keep those of one, in a map by where = { NAME = .. } with the column that tells them apart"
-    return [Finding("mixed", tuple(found), message, remedy, misread=True)]
+    message = "rows of several boats or instruments alternate"
+    return [Finding("mixed", tuple(found), message, remedy, misread=True)] if found else []
 
 
 def check_angles(data: dict[str, Series], headers: dict[str, str]) -> tuple[dict[str, Series], list[Finding]]:
@@ -312,7 +295,7 @@ def check_stuck(
         release = abs(values[last + 1] - values[last]) if last + 1 < len(values) else 0.0
         usual = max(RELEASE * np.median(moving), LARGEST * np.sort(moving)[-OUTLIERS])
         by_chance = (1.0 - len(moving) / len(others)) ** (last - first) * len(others) > CHANCE
-        if release > usual and not by_chance and name not in ACCELERATIONS:
+        if release > usual and not by_chance and name not in ACCELERATIONS:  # which do jump
             evidence = f", and then jumps by {release / np.median(moving):.3g} times its usual change"
         elif first > 0 and _noise_stops(values, first, last):
             evidence = ", where its noise is not seen"

@@ -54,6 +54,7 @@ def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tupl
         Short names of controls besides those of all boats.
     """
     controls = (*CONTROLS, "rpm", *controls)
+    headers = {name: HEADERS.get(name, name) for name in log} | headers
     if mixed := columns.check_mixed(log, headers):
         return mixed
     log, result = columns.check_stamps(log)
@@ -144,8 +145,8 @@ def _gain(
 ) -> tuple[float, str | None]:
     """By how much the logarithms of the shares fall together, and the relation of mended columns that shows it best."""
     largest, evidence = 0.0, None
-    gone = [misfits for words, (_, misfits) in before.items() if words not in after]
-    gain = 0.0 + sum(_log(min(misfit.share for misfit in misfits)) for misfits in gone)
+    gone = [(one.targets, misfits) for words, (one, misfits) in before.items() if words not in after]
+    gain = 0.0 + sum(_log(min(misfit.share for misfit in misfits)) for _, misfits in gone)
     for words, (relation, misfits) in after.items():
         old = before[words][1] if words in before else ()
         k = min(range(len(misfits)), key=lambda k: min(one[k].share for one in (misfits, old) if k < len(one)))
@@ -153,8 +154,9 @@ def _gain(
         part = _log(was) - _log(share)
         gain += part
         shows = mended & {*relation.targets, *relation.needed, *relation.optional}
-        if part > largest and was > AGREES and share < EXPLAINED and shows:
-            compared = (old or next(iter(gone), ()))[k : k + 1]
+        compared = (old or next((one for targets, one in gone if targets == relation.targets), ()))[k : k + 1]
+        is_closer = all(one.rms > misfits[k].rms for one in compared)
+        if part > largest and was > AGREES and share < EXPLAINED and shows and is_closer:
             factor, unit = (180.0 / np.pi, "deg/s") if relation.rotation else (1.0, "m/s")
             as_named = "".join(f", as named by {factor * misfit.rms:.2g}" for misfit in compared)
             evidence = f"{words} differ by {factor * misfits[k].rms:.2g} {unit} so{as_named} "
@@ -167,12 +169,10 @@ def _log(share: float) -> float:
     return float(np.log(min(1.0, max(_FLOOR, share))))
 
 
-def _check_constants(
-    data: Data, headers: dict[str, str], controls: tuple[str, ...]
-) -> tuple[Data, list[Finding]]:
+def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, ...]) -> tuple[Data, list[Finding]]:
     """Columns that hold one value from first to last beside others by which they should change, and the others."""
     constant = {name for name, column in data.items() if not np.ptp(column.values)}
-    reasons = {}
+    reasons: dict[str, str] = {}
     for relation in relations(data):
         for name in constant & {*relation.targets, *relation.needed} - reasons.keys():
             others = {*relation.targets, *relation.needed} - constant
@@ -183,7 +183,9 @@ def _check_constants(
     angle = next((data[name].unwrapped().values for name in ("psi", "heading") if name in data), np.zeros(1))
     rise, fall = (angle - np.minimum.accumulate(angle)).max(), (np.maximum.accumulate(angle) - angle).max()
     if steering == {"delta_r"} <= constant and min(rise, fall) > BOTH_WAYS:
-        reasons["delta_r"] = f"the boat turns by {rise / DEGREE:.3g} deg to starboard and by {fall / DEGREE:.3g} to port"
+        reasons["delta_r"] = (
+            f"the boat turns by {rise / DEGREE:.3g} deg to starboard and by {fall / DEGREE:.3g} to port"
+        )
     found = [
         Finding("constant", (headers[name],), f"never changes, and {reason}", "leave the column out", misread=True)
         for name, reason in reasons.items()

@@ -114,12 +114,14 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
             remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not valid and left out")
         usable &= inside
     times, values = times[usable], values[usable]
-    for mark, n in _marks(name, values).items():
-        remark = f"{mark:.12g} stands for no reading in {n} of {len(values)} values of '{section.signal}'?"
-        remarks.append(f"{remark} missing = [{mark:.12g}] under [columns.{name}] leaves them out")
     if not len(times):
         message = f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
         raise InputError(message, "data", f"columns.{name}")
+    short = log_files.short_name(name)
+    is_control = name in log_files.CONTROL_COLUMNS or short not in log_files.HEADERS
+    for mark, often in marks(values, 360.0 if short in HEADINGS else 0.0, usual=is_control).items():
+        remark = f"{mark:.12g} stands for no reading in {often} of {len(values)} values of '{section.signal}'?"
+        remarks.append(f"{remark} missing = [{mark:.12g}] under [columns.{name}] leaves them out")
     steps = np.diff(times)
     for k in np.flatnonzero(steps < -BACKWARDS_S)[:1]:
         message = f"{path}: the time stamps of '{section.signal}' go back from {times[k]:.12g} to {times[k + 1]:.12g} "
@@ -138,13 +140,6 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
         times, values = times[first], values[first]
     return Column(times, _in_unit(name, section, signal.unit, values, where), section, tuple(remarks))
-
-
-def _marks(name: str, values: np.ndarray) -> dict[float, int]:
-    """Values (n,) of the signal of a column that stand for no reading, and how often; controls may jump."""
-    short = log_files.short_name(name)
-    is_control = name in log_files.CONTROL_COLUMNS or short not in log_files.HEADERS
-    return marks(values, 360.0 if short in HEADINGS else 0.0, usual=is_control) if len(values) else {}
 
 
 def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:

@@ -128,7 +128,11 @@ def read_log(
     for row, column in np.argwhere((rows < least) | (rows > most))[:1]:
         name, value = names[column], rows[row, column]
         excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
-        remedy = f"check the unit, or {_emptying(dict(zip(names, (rows == value).sum(axis=0), strict=True)), value)}"
+        remedy = "check the unit, or empty the cell"
+        if stands_for_missing(np.array([value]))[0]:
+            remedy = (
+                f"empty it if it stands for no reading (in a map missing = [{value:.12g}] leaves out all such cells)"
+            )
         raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
     log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
@@ -155,20 +159,6 @@ def stands_for_missing(values: np.ndarray) -> np.ndarray:
     return (sizes > VAST) | np.isclose(sizes[:, None], nines + ends, rtol=1e-9).any(axis=1)
 
 
-def _emptying(cells: dict[str, int], value: float) -> str:
-    """The remedy for a number that stands in so many cells of columns."""
-    found = {name: n for name, n in cells.items() if n}
-    if sum(found.values()) < 2 and not stands_for_missing(np.array([value]))[0]:
-        return "empty the cell"
-    where = ", ".join(f"{n} cells of {name}" for name, n in found.items())
-    return f"empty {where} if it stands for no reading ({missing_key(value, found)})"
-
-
-def missing_key(value: float, columns: Iterable[str]) -> str:
-    """The line of a map that drops a value."""
-    return f"in a map missing = [{value:.12g}] under {', '.join(f'[columns.{name}]' for name in columns)}"
-
-
 def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
     """The names of the columns of a file as they stand there, all of them known or among `controls`."""
     columns = _columns(controls)
@@ -189,7 +179,8 @@ def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
         if name not in columns:
             quantity = name.rpartition("_")[0].lower() or None
             same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]  # in another unit
-            suggestion = f": did you mean '{same[0]}'?" if same else nearest(name, columns)
+            hint = "" if controls else "a control of a boat of your own needs that boat before the log"
+            suggestion = f": did you mean '{same[0]}'?" if same else nearest(name, columns, hint)
             raise InputError(f"{path}: unknown column '{name}'{suggestion}", "unknown", name)
     if "time_s" not in names:
         raise InputError(f"{path}: column 'time_s' is missing", "missing", "time_s")
@@ -249,28 +240,24 @@ def _numbers(path: Path, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
-    """The error that names the first cell that is neither empty nor a finite number, and how many there are."""
+    """The error that names the first cell that is neither empty nor a finite number."""
     import pandas as pd
 
-    first, counts = None, dict.fromkeys(options["names"], 0)
     with pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
-            wrong = table.notna().to_numpy() & ~np.isfinite(numbers)
-            counts = {name: counts[name] + int(n) for name, n in zip(counts, wrong.sum(axis=0), strict=True)}
-            if first is None and wrong.any():
-                row, column = np.argwhere(wrong)[0]
-                first = int(table.index[row]) + 2, table.columns[column], table.iat[row, column]
-    if first is None:
-        return InputError(f"{path}: holds cells that are not finite numbers", "data")
-    line, name, cell = first
-    where = f"{path}: line {line}, column '{name}'"
-    if "\0" in cell:
-        message = f"{where}: holds bytes of zero, as a loss of power leaves them; delete these lines"
-        return InputError(message, "data", name)
-    all_cells = ", ".join(f"{n} of {column}" for column, n in counts.items() if n)
-    hint = "write decimal points" if "," in cell else "empty these cells, or let bayesub convert csv leave them out"
-    return InputError(f"{where}: '{cell}' is not a finite number ({all_cells} are not); {hint}", "data", name)
+            wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
+            if wrong.size:
+                row, column = wrong[0]
+                cell, name = table.iat[row, column], table.columns[column]
+                where = f"{path}: line {table.index[row] + 2}, column '{name}'"
+                if "\0" in cell:
+                    message = f"{where}: holds bytes of zero, as a loss of power leaves them; delete these lines"
+                    return InputError(message, "data", name)
+                hint = "write a decimal point" if "," in cell else "empty such cells, as bayesub convert csv does"
+                others = f", one of {len(wrong)} such cells" if len(wrong) > 1 else ""
+                return InputError(f"{where}: '{cell}' is not a finite number{others}; {hint}", "data", name)
+    return InputError(f"{path}: holds cells that are not finite numbers", "data")
 
 
 def _positions_of_fixes(

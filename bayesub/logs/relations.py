@@ -67,10 +67,9 @@ class Relation:
 
         There is none if too few readings are at common times.
         """
-        parts = self._parts(data)
-        if (compared := self._compared(parts)) is None:
+        if (compared := self._compared(data)) is None:
             return ()
-        at, targets, integrals = compared
+        parts, at, targets, integrals = compared
         gaps = [part.gaps() for part in parts.values()]
         round_off = _ROUND_OFF * max(1.0, float(np.abs(targets).max()))
         result = []
@@ -81,12 +80,10 @@ class Relation:
                 result.append(self._misfit(change, by_rates, (at[last] - at[first])[:, None]))
         return tuple(result)
 
-    def _parts(self, data: Data) -> Data:
+    def _compared(self, data: Data) -> tuple[Data, np.ndarray, np.ndarray, np.ndarray] | None:
+        """Columns, times (n,) of the targets, targets and integrals of the rates (n, k); None for too few readings."""
         parts = {name: data[name] for name in self.columns(data)}
-        return {name: part.unwrapped() if name in ANGLES else part for name, part in parts.items()}
-
-    def _compared(self, parts: Data) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Times (n,) of the targets, their values and the integrals of the rates (n, k); None for too few readings."""
+        parts = {name: part.unwrapped() if name in ANGLES else part for name, part in parts.items()}
         rates = {name: part for name, part in parts.items() if name not in self.targets}
         begin = max(part.times[0] for part in parts.values())
         end = min(part.times[-1] for part in parts.values())
@@ -100,18 +97,18 @@ class Relation:
         steps = 0.5 * np.diff(times) * (values[:, 1:] + values[:, :-1])
         totals = np.concatenate([np.zeros_like(values[:, :1]), np.cumsum(steps, axis=1)], axis=1)
         integrals = np.stack([np.interp(at, times, total) for total in totals], axis=1)
-        return at, np.stack([parts[name].at(at) for name in self.targets], axis=1), integrals
+        return parts, at, np.stack([parts[name].at(at) for name in self.targets], axis=1), integrals
 
     def apart(self, data: Data) -> float:
-        """How far targets and integrals of the rates go apart over a record, m or rad, noise averaged out.
+        """How far targets and integrals of the rates go apart, m or rad, noise averaged out.
 
         Zero if that is less than half of how far either goes.
         """
-        if not self.columns(data) or (compared := self._compared(self._parts(data))) is None:
+        if not self.columns(data) or (compared := self._compared(data)) is None:
             return 0.0
-        pieces = [[piece.mean(axis=0) for piece in np.array_split(part, PIECES)] for part in compared]
-        at, change, by_rates = (np.diff(part, axis=0) for part in pieces)
-        change, by_rates = self._alike(change, by_rates)
+        pieces = [[piece.mean(axis=0) for piece in np.array_split(part, PIECES)] for part in compared[1:]]
+        at, *both = (np.diff(part, axis=0) for part in pieces)
+        change, by_rates = self._alike(*both)
         ways = np.cumsum([change - by_rates, change, by_rates], axis=1)
         if self.drift:
             times = np.cumsum(at)[:, None]

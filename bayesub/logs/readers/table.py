@@ -1,7 +1,6 @@
 """Tables in text: any separator, names and units, decimal points or commas, times as numbers or dates."""
 
 import io
-import json
 import re
 from collections import Counter
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from bayesub.io import units
 from bayesub.io.errors import InputError, check_known
 from bayesub.logs.log_map import LogMap
+from bayesub.logs.readers import rows
 from bayesub.logs.readers.signals import Signal, VehicleLog
 
 SEPARATORS = "\t;|, "  # a space is any number of them
@@ -21,7 +21,6 @@ TIMES = ("time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datet
 MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
 
 DAY_S = 86400.0
-LOOK, LABELS, JUMP = 2000, 20, 10.0  # rows that are compared; boats at most; size of a jump over the usual change
 
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
@@ -45,17 +44,18 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         reason = str(error).strip().rpartition("error: ")[2]
         message = f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?"
         raise InputError(message, "format") from None
-    cells = _rows_where(path, cells, names, log_map.where)
+    cells = rows.of_one(path, cells, names, log_map.where)
     k = _time_column(path, names, log_map.time.signal)
     times = _times(path, cells[k], log_map.time.unit or unit_cells[k] or "s", names[k], lines[first][0])
-    remarks += [*_told_apart(cells, names, times), *_of_header(cells, names, times)]
+    parsed = [_numbers(cells[column]) for column in cells]
+    numbers = [values for _, values, _ in parsed]
+    remarks += rows.told_apart(cells, names, numbers, times) + rows.times_of_header(names, numbers, times)
     signals = {}
-    for column, name, unit in zip(cells, names, unit_cells, strict=True):
-        filled, values, text = _numbers(cells[column])
+    for column, name, unit, (filled, values, text) in zip(cells, names, unit_cells, parsed, strict=True):
         if text:
             remarks.append(f"'{name}' holds text such as '{text}' and is left out")
         elif name != names[k]:
-            remarks += _texts(name, cells[column])
+            remarks += rows.of_text(name, cells[column], filled)
             signals[name] = Signal(times[filled], values[filled], unit)
     return VehicleLog(path, signals, tuple(remarks))
 
@@ -196,67 +196,3 @@ def _numbers(column: Any) -> tuple[np.ndarray, np.ndarray, str]:
     wrong = filled & ~np.isfinite(values) & ~texts.str.lower().isin(MISSING).to_numpy()
     is_text = np.count_nonzero(wrong) > np.count_nonzero(np.isfinite(values))
     return filled & ~wrong, values, texts[wrong].iloc[0] if is_text else ""
-
-
-def _texts(name: str, column: Any) -> list[str]:
-    """What cells of text in a column of numbers are, and how many: they are no readings."""
-    if column.dtype.kind in "biuf":
-        return []
-    filled, *_ = _numbers(column)
-    wrong = column[column.notna() & ~filled].astype(str).str.strip()
-    kinds = ", ".join(f"'{text}' in {n}" for text, n in wrong.value_counts().head(3).items())
-    return [f"'{name}': {kinds} of {len(column)} cells, no readings"] if kinds else []
-
-
-def _rows_where(path: Path, cells: Any, names: list[str], where: dict[str, str | float]) -> Any:
-    """The rows in which columns hold what a map asks for."""
-    for name, wanted in where.items():
-        check_known(name, names, f"{path}: has no column '{name}', which where names", key=f"where.{name}")
-        column = cells[names.index(name)]
-        column = column.astype(str).str.strip() if isinstance(wanted, str) else _numbers(column)[1]
-        if not (column == wanted).any():
-            found = ", ".join(map(str, cells[names.index(name)].dropna().unique()[:6]))
-            raise InputError(f"{path}: no row has '{name}' {wanted!r}, which where asks for; it has {found}", "value", name)
-        cells = cells[column == wanted]
-    return cells
-
-
-def _told_apart(cells: Any, names: list[str], times: np.ndarray) -> list[str]:
-    """Columns that tell apart the rows of several boats, which jump from one to the next or begin anew in time."""
-    import pandas as pd
-
-    begin = max(0, int(np.argmax(np.diff(times, prepend=times[0]) < 0.0)) - LOOK // 2)
-    some, back = cells.iloc[begin : begin + LOOK], np.diff(times[begin : begin + LOOK]) < 0.0
-    readings, result = [_numbers(some[k])[1] for k in some], []
-    for name, column in zip(names, some, strict=True):
-        codes, labels = pd.factorize(some[column])
-        changes, order = np.flatnonzero(np.diff(codes)), np.argsort(codes, kind="stable")
-        if not 2 <= len(labels) <= LABELS or codes.min() < 0:
-            continue
-        alternates, same = len(changes) > len(codes) // LABELS, np.diff(codes[order]) == 0
-        jumps = alternates and any(
-            np.median(np.abs(np.diff(values))[changes]) > JUMP * np.median(np.abs(np.diff(values[order]))[same]) > 0.0
-            for values in readings
-        )
-        if jumps or back[changes].any():
-            label = labels[0] if isinstance(labels[0], str) else f"{labels[0]:g}"
-            text = json.dumps(label.strip()) if isinstance(labels[0], str) else label
-            key = name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name)
-            result.append(
-                f"'{name}' tells {len(labels)} boats or runs apart: where = {{ {key} = {text} }} at the top of the map "
-                "keeps the rows of one"
-            )
-    return result
-
-
-def _of_header(cells: Any, names: list[str], times: np.ndarray) -> list[str]:
-    """Another column of times that are even where those of receipt come in bursts."""
-
-    def is_even(stamps):
-        steps = np.diff(stamps)
-        return len(steps) > LABELS and steps.min() >= 0.0 and np.mean(steps < 0.2 * steps.mean()) < 0.1
-
-    others = [k for k, name in enumerate(names) if "stamp" in name.lower() or "time" in name.lower()]
-    better = [names[k] for k in others if is_even(_numbers(cells.iloc[:, k])[1])] if not is_even(times) else []
-    text = "times come in bursts, as they are received, and those of '{0}' do not: signal = \"{0}\" under [time] takes them"
-    return [text.format(name) for name in better[:1]]
