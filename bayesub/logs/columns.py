@@ -157,6 +157,8 @@ def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict
     def folded(steps):
         return np.abs(np.remainder(steps + 0.5 * turn, turn) - 0.5 * turn if turn else steps)
 
+    if len(values) < 2 * OUTLIERS:
+        return {}
     steps = np.diff(values)
     moves = np.flatnonzero(steps)
     numbers, which = np.unique(values[np.append(moves, len(values) - 1)], return_inverse=True)
