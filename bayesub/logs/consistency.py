@@ -224,11 +224,14 @@ def _check_signs_of_controls(data: Data, headers: dict[str, str]) -> list[Findin
         if name not in data or not np.ptp(data[name].values):
             continue
         angle = next((data[name].unwrapped() for name in angles if name in data), None)
+        righted = angle if rate == "q" else None
         if rate in data:
-            correlation = _correlation(data[name], data[rate])
+            correlation = _correlation(data[name], data[rate], righted)
         elif angle is not None:
             middle = 0.5 * (angle.times[1:] + angle.times[:-1])
-            correlation = _correlation(data[name], Series(middle, np.diff(angle.values) / np.diff(angle.times)))
+            correlation = _correlation(
+                data[name], Series(middle, np.diff(angle.values) / np.diff(angle.times)), righted
+            )
         else:
             continue
         if correlation * sign < -CLEAR:
@@ -240,27 +243,30 @@ def _check_signs_of_controls(data: Data, headers: dict[str, str]) -> list[Findin
     return result
 
 
-def _correlation(control: Series, rate: Series) -> float:
-    """Of a rate with the control in steady turns; otherwise of its change at the same rate (Nomoto et al. 1957)."""
+def _correlation(control: Series, rate: Series, righted: Series | None = None) -> float:
+    """Of a rate with the control in steady turns; otherwise of its change at the same rate (Nomoto et al. 1957).
+
+    `righted`: the angle of a boat that rights itself, and does not turn steadily.
+    """
     inside = (rate.times >= control.times[0]) & (rate.times <= control.times[-1])
     times, values = rate.times[inside], rate.values[inside]
     if len(times) < 2 * WINDOWS:
         return 0.0
-    angle, best = control.at(times), 0.0
+    angle, tilt, best = control.at(times), 0.0 * times if righted is None else righted.at(times), 0.0
     for length in lengths(times, 2.0 * float(np.median(np.diff(times)))):
         first, last = windows(times, length, [rate.gaps()])
         if len(first) < 2 * WINDOWS:
             break
-        sums = [np.concatenate([[0.0], np.cumsum(column)]) for column in (angle, values)]
-        angles, rates = ((total[last] - total[first]) / (last - first) for total in sums)
+        sums = [np.concatenate([[0.0], np.cumsum(column)]) for column in (angle, values, tilt)]
+        angles, rates, tilts = ((total[last] - total[first]) / (last - first) for total in sums)
         steady = _partial_correlation(angles, rates, [np.ones(len(rates))])
-        if abs(steady) > STEADY:
+        if abs(steady) > STEADY and righted is None:
             return steady
         steps = np.diff(angles)
         if np.sum(steps**2) ** 2 < CHANGES * np.sum(steps**4) or not steps.min() < 0.0 < steps.max():
             continue
         # The change between the means of two windows, by the control and the rate of the first.
-        known = [np.ones(len(rates) - 1), rates[:-1]]
+        known = [np.ones(len(rates) - 1), rates[:-1], tilts[:-1]]
         best = max(best, _partial_correlation(angles[:-1], np.diff(rates), known), key=abs)
     return best
 

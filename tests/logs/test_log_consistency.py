@@ -397,3 +397,12 @@ def test_the_command_says_it(bayesub, clean, tmp_path):
     status, out, _ = bayesub("check", tmp_path / "log.csv", "--json")
     assert '"remedy": "multiply it by -1"' in out
     assert '"kind": "sign"' in out
+
+
+@pytest.mark.parametrize("manoeuvre", ["random", "coupled"])
+def test_stern_planes_of_a_boat_that_rights_itself(manoeuvre, tmp_path):
+    """The pitch of phoenix swings about that of its planes, against which its rate is as often as with them."""
+    log = log_of(flown("phoenix", manoeuvre), INSTRUMENTS["navigator"], tmp_path)
+    assert findings(log) == []
+    (finding,) = findings(log | scaled("delta_s", by=-1.0)(log))
+    told(finding, "sign", "stern_plane_deg")
