@@ -203,12 +203,14 @@ def stability(boat: Vehicle) -> Examination:
         symbol = key.partition("_")[2]
         damping = listed([*drift.of(force), *turning.of(moment)], "the damping derivatives")
         if index is None:
-            # The force, or else the moment, from which that of the mass is taken off where the equations have it apart.
-            slack = (drift, force, across) if drift.values[force] >= 0.0 else (turning, moment, rotation)
-            names = slack[0].of(slack[1])
-            why = f"{listed(names, '')} {'are' if len(names) > 1 else 'is'} not negative, the mass taken into account"
-            why = why if names else f"{slack[1]} has no term in {slack[2]} that damps"
-            remedy = f"set {listed(names, '')}" if names else f"add a term such as {slack[1]}u{slack[2]}, and set it"
+            is_force = drift.values[force] >= 0.0
+            axis, variable, names = (
+                (force, across, drift.of(force)) if is_force else (moment, rotation, turning.of(moment))
+            )
+            less = "" if is_force else " (less the moment of the mass)"
+            why = f"{axis} has no term in {variable} that damps"
+            why = f"{listed(names, '')}{less} {'are' if len(names) > 1 else 'is'} not negative" if names else why
+            remedy = f"set {listed(names, '')}" if names else f"add a term such as {axis}u{variable}, and set it"
             found.warn(f"{symbol} is undefined: {why}", f"{remedy} from captive tests or a similar boat")
         elif index <= 0.0:
             munk = listed(drift.of(moment), f"the slope of {moment} by {across}")
