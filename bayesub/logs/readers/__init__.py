@@ -66,8 +66,8 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None) -> Veh
         For a file that is not of this kind or is not whole, and for a library that is not installed.
     """
     log_map = log_map or LogMap()
-    if log_map.where and kind != "csv":
-        raise InputError("where selects rows of a table in text (csv) only; leave it out", "conflict", "where")
+    if log_map.where and KINDS[kind].module != "table":
+        raise InputError("where selects rows of tables only; leave it out", "conflict", "where")
     log = join([_read(kind, path, log_map) for path in paths], KINDS[kind].is_by_file)
     if all(section.optional or section.signal in log.signals for section in log_map.columns.values()):
         return log

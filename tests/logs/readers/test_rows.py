@@ -86,7 +86,7 @@ def test_where_names_a_column_and_what_it_has(tmp_path):
         read(path, where={"vehicl": "auv 1"})
     with refused("value", "where.vehicle"):
         read(path, where={"vehicle": "auv 3"})
-    with pytest.raises(InputError, match="where selects rows of a table"):
+    with pytest.raises(InputError, match="where selects rows of tables"):
         readers.read("nmea", [path], LogMap(where={"vehicle": "auv 1"}))
 
 
