@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bayesub.logs.conversion import Conversion
     from bayesub.logs.readers.signals import VehicleLog
 
-EPOCH = 1e8  # s; a clock beyond it counts from 1970
+EPOCH, LATEST = 1e8, 1e11  # s; a clock between them counts from 1970
 
 
 @click.command(epilog="Example: bayesub convert ros run1.mcap -o log.csv --map map.toml")
@@ -27,15 +27,21 @@ EPOCH = 1e8  # s; a clock beyond it counts from 1970
 def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: Path | None, as_list: bool) -> None:
     """Convert what a vehicle wrote into a log, each reading at its own time.
 
-    KIND is ros (bags of ROS 2 and 1), mavlink (ArduPilot .bin, .tlog), nmea (NMEA 0183), imc (LSTS .lsf), slocum (.dbd,
-    .ebd), matlab (.mat), csv (any table in text) or kvlcc2 (HSVA and MARIN). Several FILEs are pieces of one log.
+    KIND is ros (bags of ROS 2 and 1), mavlink (ArduPilot .bin, .tlog), ulog (PX4), nmea (NMEA 0183), imc (LSTS .lsf),
+    slocum (.dbd, .ebd), matlab (.mat), netcdf (HDF5 too), csv (any table in text), parquet or kvlcc2 (HSVA and MARIN).
+    Several FILEs are pieces of one log.
     """
     from bayesub.logs import readers
     from bayesub.logs.log_map import LogMap, read_map
 
     if as_list:
-        log_map = read_map(map_file, kind).model_copy(update={"columns": {}}) if map_file else LogMap()
-        for line in signal_lines(readers.read(kind, files, log_map)):
+        log_map, faults = LogMap(), []
+        try:
+            log_map = read_map(map_file, kind).model_copy(update={"columns": {}}) if map_file else log_map
+        except InputError as error:  # the list helps to write a map that is right
+            faults = [str(error)]
+        log = readers.read(kind, files, log_map, is_listed=True)
+        for line in (*signal_lines(log), *(f"  note: {fault}" for fault in faults)):
             say(line)
         return
     if output is None:
@@ -61,7 +67,7 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
 
 def _zero(zero: float) -> str:
     """Time zero in words."""
-    if zero < EPOCH:
+    if not EPOCH <= zero < LATEST:
         return f"0 s is {zero:.6f} s of the file"
     moment = datetime.datetime.fromtimestamp(zero, datetime.UTC)
     return f"0 s is {moment:%Y-%m-%d %H:%M:%S}.{moment.microsecond // 1000:03d} UTC"
@@ -89,9 +95,8 @@ def signal_lines(log: "VehicleLog") -> list[str]:
     for name, signal in log.signals.items():
         values = signal.values[np.isfinite(signal.values)]
         ends = [f"{values.min():.6g}", f"{values.max():.6g}"] if len(values) else ["-", "-"]
-        span = (
-            [f"{t - zero:.6g}" for t in (signal.times.min(), signal.times.max())] if len(signal.times) else ["-", "-"]
-        )
+        times = signal.times[np.isfinite(signal.times)]
+        span = [f"{t - zero:.6g}" for t in (times.min(), times.max())] if len(times) else ["-", "-"]
         rate = f"{1.0 / signal.interval:.3g}" if signal.interval > 0 else "-"
         rows.append((name, signal.unit or "-", str(len(values)), rate, *span, *ends))
     lines += aligned(rows)

@@ -1,5 +1,6 @@
 """From the signals of a vehicle's log to the columns of ours, by a map."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +16,8 @@ from bayesub.logs.readers.signals import Signal, VehicleLog
 from bayesub.logs.series import HEADINGS
 
 BACKWARDS_S = 1.0  # a clock that goes back by more was set; by less, messages overtook one another
+# Seconds after which clocks wrap: a minute, hour, half a day, day and week, counts of 16 and 32 bits in ms and us.
+WRAPS = (60.0, 3600.0, 43200.0, 86400.0, 604800.0, 65.536, 4294967.296, 4294.967296)
 TICK_S = 1e-6  # resolution of the times that are written
 HOLD_S = 1e-3  # an order that is held changes within this time
 REPEAT_S = 0.5  # and is written this often at least, so that it does not take over the pauses of others
@@ -72,7 +75,7 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
             columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
         elif not section.optional:
             why = next((f": {remark}" for remark in log.remarks if remark.startswith(f"'{section.signal}'")), "")
-            suggestion = why or nearest(section.signal, log.signals) or f"; it has {_few(log.signals)}"
+            suggestion = why or _likely(name, section.signal, log.signals)
             message = f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}"
             raise InputError(message, "unknown", key)
     if not columns:
@@ -81,17 +84,34 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     first = min(column.times[0] for column in columns.values())
     zero = first if log_map.time.zero == "first" else log_map.time.zero
     columns = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
+    last = max(columns, key=lambda name: columns[name].times[-1])
+    span = columns[last].times[-1] - min(column.times[0] for column in columns.values())
+    if span > log_files.LONGEST:
+        message = (
+            f"{log.path}: '{columns[last].section.signal}' ends {span:.3g} s after the first reading, more than a "
+        )
+        message += "year; give [time] unit, or cut off a damaged stamp by start_s and end_s"
+        raise InputError(message, "data", "time")
     # An order that is held lasts to the end.
     ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
     late, early = max(columns, key=lambda name: columns[name].times[0]), min(ends, key=lambda name: ends[name])
     if columns[late].times[0] > ends[early]:
         message = f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and "
         message += f"'{late}' begins {columns[late].times[0]:.6g} s after {zero:.12g}; are their clocks different? "
-        raise InputError(message + "delay_s of a column shifts it", "conflict", late)
+        raise InputError(message + "delay_s of a column shifts it, [time.tables.NAME] names another", "conflict", late)
     times, cells = _rows(columns)
     sources = {name: column.section.signal for name, column in columns.items()}
     remarks = tuple(f"{name}: {remark}" for name, column in columns.items() for remark in column.remarks)
     return Conversion(zero, times, cells, sources, remarks)
+
+
+def _likely(column: str, signal: str, signals: Iterable[str]) -> str:
+    """The signal that a name may mean, in words: one whose field is the same, or has the word of the column."""
+    ends = {name: re.split(r"[./]", name)[-1].lower() for name in (signal, *signals)}
+    same = [name for name in signals if ends[name] == ends[signal]]
+    same = same or [name for name in signals if column.partition("_")[0] in ends[name]]
+    suggestion = nearest(signal, same or signals)
+    return suggestion or (f": did you mean '{same[0]}'?" if same else f"; it has {_few(signals)}")
 
 
 def _few(signals: Iterable[str]) -> str:
@@ -125,8 +145,7 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
     steps = np.diff(times)
     for k in np.flatnonzero(steps < -BACKWARDS_S)[:1]:
         message = f"{path}: the time stamps of '{section.signal}' go back from {times[k]:.12g} to {times[k + 1]:.12g} "
-        message += "s: its clock was set, or another run begins; cut the file there, take a signal with another clock, "
-        message += "or keep one run by where (--list names a column for it)"
+        message += f"s: {_why_back(steps)}"
         raise InputError(message, "data", section.signal)
     if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
@@ -140,6 +159,20 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
         times, values = times[first], values[first]
     return Column(times, _in_unit(name, section, signal.unit, values, where), section, tuple(remarks))
+
+
+def _why_back(steps: np.ndarray) -> str:
+    """Why a clock with these steps (n,) goes back, in words: it wraps if it always goes back as far, or by WRAPS."""
+    back = np.flatnonzero(steps < -BACKWARDS_S)
+    jumps = np.median(steps[steps > 0]) - steps[back] if (steps > 0).any() else -steps[back]
+    period = next((wrap for wrap in WRAPS if np.allclose(jumps, wrap, rtol=0.02)), float(np.median(jumps)))
+    if period in WRAPS or (len(back) > 1 and np.allclose(jumps, period, rtol=0.02)):
+        line = f"wraps_every_s = {float(f'{period:.3g}') if period not in WRAPS else period:.12g}"
+        return f"its clock seems to begin again every {period:.6g} s; write {line} under [time] of the map"
+    remedy = (
+        "cut the file there, take a signal with another clock, or keep one run by where (--list names a column for it)"
+    )
+    return f"its clock was set, or another run begins; {remedy}"
 
 
 def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:

@@ -23,26 +23,52 @@ def _known_unit(unit: str) -> str:
 Unit = Annotated[str, pydantic.AfterValidator(_known_unit)]
 
 
-class TimeSection(Section):
-    """The clock of the converted log.
+class Clock(Section):
+    """Where the time stamps of a file or of a part of it stand, and how they are read.
 
     Attributes
     ----------
     signal : str or None
-        The signal that holds the time stamps; of ``csv`` and ``matlab`` only.
+        The signal that holds the time stamps; of tables and of files of arrays only.
+    date : str or None
+        The column of dates or of GPS weeks, if the stamps hold the time of the day or of the week only.
+    format : str or None
+        What the stamps are: a pattern of dates such as ``%d/%m/%Y``, or a count (:mod:`bayesub.logs.readers.stamps`).
     unit : str or None
-        Its unit; by default seconds, or what the file says.
+        Their unit; by default what the file says, what the numbers show, or seconds.
+    wraps_every_s : float or None
+        After how many seconds the clock begins again at its smallest time.
+    """
+
+    signal: str | None = None
+    date: str | None = None
+    format: str | None = None
+    unit: Unit | None = None
+    wraps_every_s: Positive | None = None
+
+
+class TimeSection(Clock):
+    """The clock of the converted log.
+
+    Attributes
+    ----------
+    tables : dict of str to Clock
+        Table, variable or structure with another clock than the rest -> where its stamps stand.
     zero : float or "first"
         What becomes 0 s: a time of the file's clock (s), or the first reading of the columns.
     start_s, end_s : float or None
         What is kept, seconds from zero.
     """
 
-    signal: str | None = None
-    unit: Unit | None = None
+    tables: dict[str, Clock] = pydantic.Field(default_factory=dict)
     zero: float | Literal["first"] = "first"
     start_s: float | None = None
     end_s: float | None = None
+
+    def clock(self, table: str) -> Clock:
+        """The clock of a table, or that of all where it says nothing."""
+        own = self.tables.get(table)
+        return self if own is None else self.model_copy(update=own.model_dump(exclude_unset=True))
 
     @pydantic.model_validator(mode="after")
     def _has_length(self):

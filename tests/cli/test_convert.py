@@ -66,6 +66,7 @@ def test_what_is_missing_is_one_line(folder, bayesub):
 
 
 LIBRARIES = {"ros": "rosbags", "mavlink": "pymavlink", "nmea": "pynmea2", "imc": "imcpy", "slocum": "dbdreader"}
+LIBRARIES |= {"ulog": "pyulog", "parquet": "pyarrow"}
 
 
 @pytest.mark.parametrize(("kind", "library"), LIBRARIES.items())

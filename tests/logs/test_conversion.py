@@ -142,6 +142,26 @@ def test_stamps_that_repeat_or_overtake_one_another_are_mended_and_counted():
         converted(log(a=([0.0, 100.0, 3.0], T, "m")), x_m={"signal": "a"})
 
 
+CLOCKS = {"200 s": (np.arange(0.0, 900.0, 0.5) % 200.0, 200.0)}
+CLOCKS["32 bits of us"] = np.arange(4290.0, 4310.0) % 4294.967296, 4294.967296
+
+
+@pytest.mark.parametrize(("times", "period"), CLOCKS.values(), ids=CLOCKS)
+def test_a_clock_that_wraps_is_told_from_one_that_was_set(times, period):
+    with refused("data", "a") as error:
+        converted(log(a=(times, times, "m")), x_m={"signal": "a"})
+    assert f"wraps_every_s = {period:.12g}" in str(error.value).replace(".0 ", " ")
+
+
+def test_a_stamp_years_after_the_others_can_be_cut_off():
+    """As a damaged message has it, whose row would come after millions of an order that is held."""
+    source = log(a=([0.0, 1.0, 1e12], T, "m"), n=([0.0], [900.0], "rpm"))
+    columns = {"x_m": {"signal": "a"}, "rpm": {"signal": "n", "held": True}}
+    with refused("data", "time"):
+        converted(source, **columns)
+    assert converted(source, {"end_s": 10.0}, **columns).times[-1] == 1.0
+
+
 def test_columns_without_a_time_in_common():
     source = log(a=([0.0, 1.0], [0.0, 1.0], "m"), b=([50.0, 51.0], [0.0, 1.0], "m"))
     with refused("conflict", "y_m"):

@@ -93,6 +93,11 @@ def logs_of_vehicles(folder, bayesub):
     """An example of each kind that can be converted, and the bag of a torpedo AUV that was simulated."""
     for write in vehicle_logs.WRITERS.values():
         write(folder)
+    (folder / "ambiguous.csv").write_text("Time,yaw_deg,r_degps\n03/01/2021 10:00:00,1,2\n03/01/2021 10:00:01,2,3\n")
+    rows = [f"{1_700_000_000_000_000_000 + k * 50_000_000},{k}" for k in range(3)]
+    (folder / "wrench.csv").write_text("\n".join(["%time,field.rudder", *rows]))
+    rows = [f"{1_700_000_001},{1_700_000_000_020_000_000 + k * 50_000_000},{k}" for k in range(3)]
+    (folder / "navigation.csv").write_text("\n".join(["%time,field.header.stamp,field.yaw", *rows]))
     content = toml_files.read_toml_table(toml_files.find("auv690", "vehicles"))
     (folder / "flown.toml").write_text(tomli_w.dumps(torpedo.boat(content)))
     assert bayesub("simulate", "flown.toml", "zigzag_20_20", "-o", "flown.csv", "--sample", "0.1")[0] == 0

@@ -369,6 +369,74 @@ def kvlcc2(folder, name="HSVA_Z_10_10.dat", tank="HSVA"):
     return path
 
 
+def ulog(folder, name="09_00_00.ulg"):
+    """A log of PX4: attitude as quaternions, rates, servos, motor, local position and GPS."""
+    kinds = {"vehicle_attitude": ("float[4] q", "4f"), "vehicle_angular_velocity": ("float[3] xyz", "3f")}
+    kinds |= {"actuator_servos": ("float[8] control", "8f"), "actuator_motors": ("float[12] control", "12f")}
+    kinds |= {
+        "vehicle_local_position": ("float z", "f"),
+        "sensor_gps": ("double latitude_deg;double longitude_deg", "2d"),
+    }
+
+    def message(kind, content):
+        return struct.pack("<Hc", len(content), kind) + content
+
+    def q(t):
+        roll, pitch, yaw = np.radians([MINUTE.roll(t), MINUTE.pitch(t), MINUTE.heading(t)]) / 2.0
+        (sr, cr), (sp, cp), (sy, cy) = ((np.sin(x), np.cos(x)) for x in (roll, pitch, yaw))
+        x, y, z = sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
+        return cr * cp * cy + sr * sp * sy, x, y, z
+
+    parts = [b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 5_000_000), message(b"B", bytes(40))]
+    parts += [message(b"F", f"{kind}:uint64_t timestamp;{fields};".encode()) for kind, (fields, _) in kinds.items()]
+    parts += [message(b"A", struct.pack("<BH", 0, k) + kind.encode()) for k, kind in enumerate(kinds)]
+    events = [(t, "actuator_servos", (MINUTE.fin(t) / 25.0, *[0.0] * 7)) for t in FINS]
+    events += [(t, "actuator_motors", (MINUTE.rpm(t) / 1500.0, *[0.0] * 11)) for t in FINS]
+    events += [(t, "vehicle_attitude", q(t)) for t in COMPASS]
+    events += [(t, "vehicle_angular_velocity", (0.0, 0.0, np.radians(MINUTE.r(t)))) for t in COMPASS]
+    events += [(t, "vehicle_local_position", (MINUTE.depth(t),)) for t in COMPASS]
+    events += [(t, "sensor_gps", (MINUTE.latitude(t), MINUTE.longitude(t))) for t in GPS]
+    numbers = list(kinds)
+    for t, kind, values in sorted(events, key=lambda event: event[0]):
+        head = struct.pack("<HQ", numbers.index(kind), 5_000_000 + round(t * 1e6))
+        parts.append(message(b"D", head + struct.pack("<" + kinds[kind][1], *values)))
+    path = folder / name
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+def netcdf(folder, name="dive.nc4"):
+    """A log in the layout of MBARI's LRAUV: groups of components, and a time beside each variable."""
+    import h5py
+
+    cells = {"RudderServo/platform_rudder_angle": (FINS, -np.radians(MINUTE.fin(FINS)), "radian")}
+    cells |= {"ElevatorServo/platform_elevator_angle": (FINS, np.radians(MINUTE.fin(FINS)), "radian")}
+    rates = np.array([MINUTE.rpm(t) for t in FINS]) * np.pi / 30.0
+    cells |= {"ThrusterServo/platform_propeller_rotation_rate": (FINS, rates, "radian/second")}
+    cells |= {"MassServo/platform_mass_position": (COMPASS, 0.01 + 0.0 * COMPASS, "m")}
+    cells |= {"BuoyancyServo/platform_buoyancy_position": (COMPASS, 1e-6 * (500.0 + COMPASS), "m3")}
+    cells |= {"platform_orientation": (COMPASS, np.radians(MINUTE.heading(COMPASS)), "radian")}
+    cells |= {"platform_pitch_angle": (COMPASS, np.radians(MINUTE.pitch(COMPASS)), "radian")}
+    cells |= {"depth": (COMPASS, MINUTE.depth(COMPASS), "m")}
+    cells |= {"platform_x_velocity_wrt_sea_water": (COMPASS, 1.2 + 0.0 * COMPASS, "m/s")}
+    path = folder / name
+    with h5py.File(path, "w") as file:
+        for key, (times, values, unit) in cells.items():
+            file[key], file[f"{key}_time"] = values, START + times
+            file[key].attrs["units"], file[f"{key}_time"].attrs["units"] = unit, "seconds since 1970-01-01T00:00:00Z"
+    return path
+
+
+def parquet(folder, name="trial.parquet"):
+    """A table of pandas, with microseconds since 1970."""
+    import pandas as pd
+
+    columns = {"stamp_time": np.round((START + FINS) * 1e6).astype("int64"), "rudder": MINUTE.fin(FINS)}
+    columns |= {"rpm": [MINUTE.rpm(t) for t in FINS], "heading": MINUTE.heading(FINS), "depth": MINUTE.depth(FINS)}
+    pd.DataFrame(columns).to_parquet(folder / name)
+    return folder / name
+
+
 # Kind -> the writer of its example, whose signals are those of the example map of the kind.
 WRITERS = {"ros": ros, "mavlink": mavlink, "nmea": nmea, "imc": imc, "slocum": slocum, "matlab": matlab, "csv": csv}
-WRITERS |= {"kvlcc2": kvlcc2}
+WRITERS |= {"kvlcc2": kvlcc2, "ulog": ulog, "netcdf": netcdf, "parquet": parquet}

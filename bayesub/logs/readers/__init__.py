@@ -2,14 +2,16 @@
 
 import importlib
 import math
+import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, check_known
 from bayesub.logs.log_map import LogMap
+from bayesub.logs.readers import stamps
 from bayesub.logs.readers.signals import Signal, VehicleLog, join
 
 __all__ = ["KINDS", "Kind", "Signal", "VehicleLog", "read"]
@@ -46,36 +48,50 @@ class Kind:
 KINDS = {
     "ros": Kind("ROS bag", "ros", "run1.mcap", is_folder=True),
     "mavlink": Kind("log of MAVLink or ArduPilot", "mavlink", "00000042.BIN"),
+    "ulog": Kind("ULog of PX4", "ulog", "09_00_00.ulg"),
     "nmea": Kind("NMEA 0183 log", "nmea", "gps.nmea"),
     "imc": Kind("LSTS log of IMC messages", "imc", "Data.lsf.gz"),
     "slocum": Kind("log of a Slocum glider", "slocum", "01600001.dbd"),
-    "matlab": Kind("MATLAB file", "matlab", "trial.mat", is_by_file=True),
+    "matlab": Kind("MATLAB file", "arrays", "trial.mat", is_by_file=True),
+    "netcdf": Kind("NetCDF or HDF5 file", "arrays", "dive.nc", is_by_file=True),
     "csv": Kind("table in text", "table", "trial.txt", is_by_file=True),
+    "parquet": Kind("Parquet file", "table", "trial.parquet", is_by_file=True),
     "kvlcc2": Kind("KVLCC2 trial of HSVA or MARIN", "kvlcc2", "HSVA_CPMC_KVLCC2_Z_20_10_P.dat", map_is_fixed=True),
 }
 
 
-def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None) -> VehicleLog:
+def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_listed: bool = False) -> VehicleLog:
     """Read a log of a kind (:data:`KINDS`), or the files of one that is in pieces.
 
-    Large logs are read faster with a map, for the signals that it names; if one is missing everything is read.
+    Large logs are read faster with a map, for the signals that it names; if one is missing everything is read. What is
+    only to be listed may lack its times and have other faults, which become remarks.
 
     Raises
     ------
     InputError
         For a file that is not of this kind or is not whole, and for a library that is not installed.
     """
-    log_map = log_map or LogMap()
+    log_map, by_file = log_map or LogMap(), KINDS[kind].is_by_file
     if log_map.where and KINDS[kind].module != "table":
         raise InputError("where selects rows of tables only; leave it out", "conflict", "where")
-    log = join([_read(kind, path, log_map) for path in paths], KINDS[kind].is_by_file)
+    logs = [_read(kind, path, log_map) for path in paths]
+    parts = [path.stem for path in paths] + [re.split(r"[.\[]", name)[0] for log in logs for name in log.signals]
+    for table in () if is_listed else log_map.time.tables:
+        message = f"key 'time.tables.{table}': no table or variable is called '{table}'"
+        check_known(table.partition(".")[0], parts, message, key=f"time.tables.{table}")
+    for k, log in enumerate(logs):
+        if log.fault is not None and not is_listed:
+            raise log.fault
+        logs[k] = replace(log, remarks=(*log.remarks, *([str(log.fault)] if log.fault else [])))
+    log = join(logs, by_file)
     if all(section.optional or section.signal in log.signals for section in log_map.columns.values()):
         return log
-    whole = log_map.model_copy(update={"columns": {}})  # what there is belongs to the message about what there is not
-    return join([_read(kind, path, whole) for path in paths], KINDS[kind].is_by_file)
+    # What there is belongs to the message about what there is not.
+    return join([_read(kind, path, log_map, is_whole=True) for path in paths], by_file)
 
 
-def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
+def _read(kind: str, path: Path, log_map: LogMap, is_whole: bool = False) -> VehicleLog:
+    """The log in a file; all of it if nothing is found of what the map names."""
     reader = importlib.import_module(f"{__name__}.{KINDS[kind].module}")
     if path.is_dir() and not KINDS[kind].is_folder:
         raise InputError(f"{path}: is a folder; name a file in it, such as {KINDS[kind].example}", "file")
@@ -87,7 +103,7 @@ def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of libraries, about fields that are not used
-            log = reader.read(path, log_map)
+            log = reader.read(path, log_map.model_copy(update={"columns": {}}) if is_whole else log_map)
     except (InputError, MemoryError):
         raise
     except Exception as error:  # whatever a library raises for a file that it cannot make out
@@ -97,10 +113,14 @@ def _read(kind: str, path: Path, log_map: LogMap) -> VehicleLog:
             "and whole?",
             "format",
         ) from None
+    if not log.signals and log_map.columns and not is_whole:
+        return _read(kind, path, log_map, is_whole=True)
     if not log.signals:
         raise InputError(
             f"{path}: has no numbers with time stamps as {KINDS[kind].title}; is it of this kind ({', '.join(KINDS)})?"
             + "".join(f"; {remark}" for remark in log.remarks),
             "format",
         )
-    return log
+    period = log_map.time.clock(path.stem).wraps_every_s
+    signals = {name: replace(s, times=stamps.unwrapped(s.times, period)) for name, s in log.signals.items()}
+    return replace(log, signals=signals)

@@ -2,6 +2,7 @@
 
 import gzip
 import io
+from collections import Counter
 from pathlib import Path
 
 from bayesub.io.errors import InputError
@@ -21,19 +22,24 @@ _UNITS = {
     "Acceleration": dict.fromkeys("xyz", "m/s2"),
     "GroundVelocity": dict.fromkeys("xyz", "m/s"),
     "WaterVelocity": dict.fromkeys("xyz", "m/s"),
-    "Depth": {"value": "m"},
-    "ServoPosition": {"value": "rad"},
-    "SetServoPosition": {"value": "rad"},
-    "Rpm": {"value": "rpm"},
-    "Pressure": {"value": "hPa"},
+    "EstimatedStreamVelocity": dict.fromkeys("xyz", "m/s"),
+    "DesiredVelocity": _MOTION,
+    "SimulatedState": _MOTION | dict.fromkeys(("svx", "svy", "svz"), "m/s"),
 }
+_VALUES = {"m": "Depth DepthOffset Distance", "rpm": "Rpm", "hPa": "Pressure", "rad/s": "DesiredHeadingRate"}
+_VALUES |= {"rad": "ServoPosition SetServoPosition DesiredHeading DesiredPitch DesiredRoll"}
+_VALUES |= {"m/s": "IndicatedSpeed TrueSpeed SoundSpeed"}
+_UNITS |= {kind: {"value": unit} for unit, kinds in _VALUES.items() for kind in kinds.split()}
+# Fields that say the unit of value or z, and what they say -> unit.
+_UNIT_FIELDS = ("speed_units", "z_units")
+_SAID = {"METERS_PS": "m/s", "RPM": "rpm", "DEPTH": "m", "ALTITUDE": "m", "HEIGHT": "m"}
 
 
 def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     """Read all messages; a signal is ``EulerAngles.psi``.
 
     Where several entities send a message its name is ``EulerAngles@AHRS.psi``, and of messages that are numbered, such
-    as those of servos, ``ServoPosition[0].value``.
+    as those of servos, ``ServoPosition[0].value``; a value with its own unit has that, ``DesiredSpeed.value[RPM]``.
     """
     imcpy = library("imcpy", path)
     packets, is_whole = _packets(path)
@@ -47,6 +53,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     senders: dict[str, set[tuple[int, int]]] = {}
     for message in messages:
         senders.setdefault(type(message).__name__, set()).add((message.src, message.src_ent))
+    labels = Counter(entities.values())
     collection, fields = Collection(), {}
     for message in messages:
         kind = type(message).__name__
@@ -55,11 +62,17 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
         sender = (message.src, message.src_ent)
         head = kind + (f"[{message.id}]" if "id" in fields[kind] and isinstance(message.id, int) else "")
         if len(senders[kind]) > 1:
-            head += f"@{entities.get(sender, f'{sender[0]}.{sender[1]}')}"
+            label = entities.get(sender, "")  # two vehicles may have entities of one name
+            head += f"@{label}" if labels[label] == 1 else f"@{sender[0]}.{label or sender[1]}"
         units = _UNITS[""] | _UNITS.get(kind, {})
         for field in fields[kind]:
+            name, unit = f"{head}.{field}", units.get(field, "")
+            for key in _UNIT_FIELDS if field in ("value", "z") else ():
+                if key in fields[kind]:
+                    said = getattr(message, key).name
+                    name, unit = f"{name}[{said}]", _SAID.get(said, "")
             if field != "id":
-                collection.add(f"{head}.{field}", message.timestamp, getattr(message, field), units.get(field, ""))
+                collection.add(name, message.timestamp, getattr(message, field), unit)
         if kind == "EstimatedState":
             latitude, longitude, _ = imcpy.coordinates.toWGS84(message)
             collection.add(f"{head}.latitude", message.timestamp, latitude, "rad")

@@ -10,7 +10,7 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.logs.log_map import LogMap
-from bayesub.logs.readers.signals import LONGEST_ARRAY, Collection, VehicleLog, library
+from bayesub.logs.readers.signals import LONGEST_ARRAY, Collection, VehicleLog, euler_angles, library
 
 # Fields of common messages, whose units are those of REP 103.
 _UNITS = (
@@ -68,7 +68,8 @@ def _fields(message: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
         value = getattr(message, name)
         if hasattr(value, "__dataclass_fields__"):
             if getattr(value, "__msgtype__", "").endswith("/Quaternion"):
-                for angle, radians in zip(("roll", "pitch", "yaw"), _angles(value), strict=True):
+                angles = euler_angles(value.x, value.y, value.z, value.w)
+                for angle, radians in zip(("roll", "pitch", "yaw"), angles, strict=True):
                     yield f"{prefix}{name}.{angle}", radians
             yield from _fields(value, f"{prefix}{name}.")
         elif isinstance(value, list | tuple) and value and hasattr(value[0], "__dataclass_fields__"):
@@ -76,10 +77,3 @@ def _fields(message: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
                 yield from _fields(part, f"{prefix}{name}[{k}].")
         else:
             yield f"{prefix}{name}", value
-
-
-def _angles(q: Any) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a quaternion, rad."""
-    roll = np.arctan2(2.0 * (q.w * q.x + q.y * q.z), 1.0 - 2.0 * (q.x**2 + q.y**2))
-    pitch = np.arcsin(np.clip(2.0 * (q.w * q.y - q.z * q.x), -1.0, 1.0))
-    return roll, pitch, np.arctan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y**2 + q.z**2))

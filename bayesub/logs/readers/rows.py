@@ -68,7 +68,7 @@ def times_of_header(names: list[str], numbers: list[np.ndarray], times: np.ndarr
         steps = np.diff(stamps)
         return len(steps) > LABELS and steps.min() >= 0.0 and np.mean(steps < SHORT * steps.mean()) < BURSTS
 
-    if is_even(times):
+    if is_even(times[np.isfinite(times)]):
         return []
     others = (k for k, name in enumerate(names) if re.search("stamp|time", name.lower()))
     better = next((names[k] for k in others if is_even(numbers[k])), "")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,7 @@ class VehicleLog:
     path: Path
     signals: dict[str, Signal]  # by name
     remarks: tuple[str, ...] = ()  # what could not be read, and what was supposed of the file
+    fault: InputError | None = None  # why its signals can be listed, but not used
 
     @property
     def begin(self) -> float:
@@ -83,7 +85,7 @@ def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
     if len(logs) == 1:
         return logs[0]
     logs = sorted(logs, key=lambda log: log.begin)
-    if is_by_file and any(after.begin < before.end for before, after in pairwise(logs)):
+    if is_by_file and not all(after.begin >= before.end for before, after in pairwise(logs)):
         logs = [replace(log, signals={f"{log.path.stem}.{n}": s for n, s in log.signals.items()}) for log in logs]
     parts: dict[str, list[Signal]] = {}
     for log in logs:
@@ -96,13 +98,20 @@ def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
     return VehicleLog(logs[0].path, signals, tuple(f"{log.path}: {remark}" for log in logs for remark in log.remarks))
 
 
-def library(name: str, path: Path) -> ModuleType:
-    """A module of an optional library; InputError with the command of pip if that is not installed."""
+def euler_angles(x: Any, y: Any, z: Any, w: Any) -> tuple[Any, Any, Any]:
+    """Roll, pitch and yaw of quaternions, rad."""
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x**2 + y**2))
+    pitch = np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+    return roll, pitch, np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2))
+
+
+def library(name: str, path: Path, package: str = "") -> ModuleType:
+    """A module of an optional library, or package; InputError with the command of pip if that is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        package = name.partition(".")[0]
-        is_missing = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith(package)
+        is_missing = isinstance(error, ModuleNotFoundError) and (error.name or "").startswith(name.partition(".")[0])
+        package = package or name.partition(".")[0]
         message = f"{path}: reading this kind of log needs the library {package}{'' if is_missing else f' ({error})'}: "
         message += f"pip install 'bayesub[logs]', or pip install {package}"
         raise InputError(message, "install", package) from None

@@ -136,7 +136,7 @@ def map_of(kind: str, path: Path, data: Path | None = None) -> str:
     if data is not None:
         from bayesub.logs import readers
 
-        signals = [(name, signal.unit) for name, signal in readers.read(kind, [data]).signals.items()]
+        signals = [(name, signal.unit) for name, signal in readers.read(kind, [data], is_listed=True).signals.items()]
     values = {"kind": kind, "path": path, "source": data, "signals": signals, "example": text.rstrip()}
     return templates.fill("bayesub.study.new", "new_map.toml", **values)
 

@@ -2,6 +2,8 @@
 
 import contextlib
 import gzip
+import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -30,6 +32,9 @@ FLOWN = {
     "x_m": (lambda t: 1.5 * t, 1e-9),
     "y_m": (lambda t: 0.1 * t, 1e-9),
 }
+FLOWN |= {"stern_plane_deg": (MINUTE.fin, 1e-6), "mass_m": (lambda t: 0.01 + 0.0 * t, 1e-9)}
+FLOWN["speed_through_water_mps"] = (lambda t: 1.2 + 0.0 * t, 1e-9)
+FLOWN["buoyancy_cm3"] = (lambda t: 500.0 + t, 1e-3)
 FLOWN |= {f"fin_{k + 1}_deg": (lambda t, k=k: MINUTE.fin(t, k), 1e-6) for k in range(4)}
 ORDERS = ("rpm",)
 
@@ -182,6 +187,24 @@ def test_messages_of_several_entities_are_kept_apart(tmp_path):
     assert signals["EulerAngles@Navigation.psi"].values == pytest.approx([0.2])
 
 
+def test_values_of_imc_with_units_of_their_own_and_of_two_vehicles(tmp_path):
+    """A speed that is ordered in m/s and in rpm is two signals; two vehicles may both have an AHRS."""
+    import imcpy
+
+    packets = []
+    for source, speed, unit in ((25, 1.5, imcpy.SpeedUnits.METERS_PS), (26, 900.0, imcpy.SpeedUnits.RPM)):
+        info, order, angles = imcpy.EntityInfo(), imcpy.DesiredSpeed(), imcpy.EulerAngles()
+        info.id, info.label, order.value, order.speed_units, angles.psi = 7, "AHRS", speed, unit, 0.1 * source
+        for message in (info, order, angles):
+            message.timestamp, message.src, message.src_ent = 1.0, source, 7
+            packets.append(imcpy.Packet.serialize(message))
+    (tmp_path / "Data.lsf").write_bytes(b"".join(packets))
+    signals = readers.read("imc", [tmp_path / "Data.lsf"]).signals
+    assert signals["DesiredSpeed@25.AHRS.value[METERS_PS]"].unit == "m/s"
+    assert signals["DesiredSpeed@26.AHRS.value[RPM]"].unit == "rpm"
+    assert signals["EulerAngles@26.AHRS.psi"].values == pytest.approx([2.6])
+
+
 def test_what_comes_before_the_end_of_a_broken_lsf_is_read(tmp_path):
     whole = gzip.decompress(WRITERS["imc"](tmp_path).read_bytes())
     (tmp_path / "cut.lsf").write_bytes(whole[: len(whole) // 2 + 3])
@@ -267,6 +290,90 @@ def test_the_times_of_a_matlab_file_may_have_any_name(tmp_path):
     np.testing.assert_array_equal(log.signals["psi"].times, np.arange(5.0))
 
 
+@pytest.mark.parametrize("signal", ["imu[0]", "imu[:,0]", "imu(:,1)"])
+def test_the_times_of_a_matlab_file_may_be_a_column_of_a_matrix(signal, tmp_path):
+    """And another matrix may have a clock of its own."""
+    from scipy import io
+
+    t = np.arange(0.0, 20.0, 0.1)
+    matrices = {"imu": np.c_[t, np.sin(t)], "gps": np.stack([1e3 * t[::10], t[::10]]), "psi": t}
+    io.savemat(tmp_path / "a.mat", matrices)
+    with refused("missing", "time.signal"):
+        readers.read("matlab", [tmp_path / "a.mat"])
+    tables = {"gps": {"signal": "gps[:,0]", "unit": "ms"}}
+    log_map = LogMap(time={"signal": signal, "tables": tables}, columns={"r_degps": {"signal": "imu(:,2)"}})
+    signals = readers.read("matlab", [tmp_path / "a.mat"], log_map).signals
+    np.testing.assert_array_equal(signals["imu(:,2)"].values, np.sin(t))
+    for name, times in (("imu(:,2)", t), ("psi", t), ("gps[1]", t[::10])):
+        np.testing.assert_allclose(signals[name].times, times)
+    with refused("unknown", "time.tables.gpss"):
+        readers.read("matlab", [tmp_path / "a.mat"], LogMap(time={"signal": signal, "tables": {"gpss": tables["gps"]}}))
+
+
+@pytest.mark.parametrize("version", ["v7", "v7.3"])
+def test_tables_and_arrays_of_structures_of_matlab(version, tmp_path, monkeypatch):
+    """Timetables have their own times, structures of a reading each become vectors, others keep their numbers."""
+    import pandas as pd
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the library, to pandas
+        import matio
+    t = np.arange(0.0, 5.0, 0.25)
+    start = pd.Timestamp("2026-05-01")
+    timetable = pd.DataFrame({"psi": 3.0 * t}, index=start + pd.to_timedelta(t, unit="s"))
+    readings = np.array(list(zip(t, 4.0 * t, strict=True)), dtype=[("t", object), ("z", object)])
+    runs = np.array([(t, t), (t[:9], 2.0 * t[:9])], dtype=[("t", object), ("q", object)])
+    content = {"T": pd.DataFrame({"Time": t, "r": 2.0 * t}), "TT": timetable, "log": readings, "run": runs}
+    content["boat"] = {"nav": {"time": t, "u": t}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the library, to pandas
+        matio.save_to_mat(str(tmp_path / "a.mat"), mdict=content, version=version)
+    with monkeypatch.context() as patch, refused("install", "mat-io"):
+        patch.setitem(sys.modules, "matio", None)
+        readers.read("matlab", [tmp_path / "a.mat"])
+    signals = readers.read("matlab", [tmp_path / "a.mat"]).signals
+    assert set(signals) == {"T.r", "TT.psi", "log.z", "run[0].q", "run[1].q", "boat.nav.u"}
+    np.testing.assert_allclose(signals["TT.psi"].times, start.timestamp() + t)
+    for name, values in (("T.r", 2.0 * t), ("TT.psi", 3.0 * t), ("log.z", 4.0 * t), ("run[1].q", 2.0 * t[:9])):
+        np.testing.assert_allclose(signals[name].values, values)
+
+
+def test_netcdf_of_both_formats_and_records_of_hdf5(tmp_path):
+    """What stands for no reading, scale and offset, and times since a date are as the file says."""
+    import h5py
+    import xarray
+
+    depth = np.array([1.0, np.nan, 1.5, 2.0])
+    times = np.datetime64("2026-05-01T10:00:00", "ns") + np.arange(4) * np.timedelta64(500, "ms")
+    data = xarray.Dataset({"depth": ("time", depth, {"units": "m"})}, coords={"time": times})
+    packed = {"depth": {"dtype": "i2", "scale_factor": 0.25, "add_offset": 1.0, "_FillValue": -99}}
+    for engine in ("h5netcdf", "scipy"):
+        data.to_netcdf(tmp_path / "a.nc", engine=engine, encoding=packed)
+        signal = readers.read("netcdf", [tmp_path / "a.nc"]).signals["depth"]
+        assert signal.unit == "m"
+        np.testing.assert_array_equal(signal.values, depth)
+        np.testing.assert_allclose(signal.times, 1777629600.0 + 0.5 * np.arange(4))
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        file["log/nav"] = np.array([(k, 2 * k) for k in range(5)], dtype=[("t", "f8"), ("psi_deg", "f4")])
+    signal = readers.read("netcdf", [tmp_path / "b.h5"]).signals["log.nav.psi_deg"]
+    np.testing.assert_array_equal(signal.values, 2.0 * signal.times)
+    assert signal.unit == "deg"
+
+
+def test_moments_of_parquet(tmp_path):
+    """In a column, of any time zone, or as the index; cells without a number are no readings."""
+    import pandas as pd
+
+    times = pd.Timestamp("2026-05-01T12:00:00", tz="Europe/Berlin") + pd.to_timedelta([0.0, 0.5, 1.0], unit="s")
+    psi = pd.array([1, None, 3], dtype="Int64")
+    pd.DataFrame({"when": times, "psi_deg": psi}).to_parquet(tmp_path / "a.parquet")
+    pd.DataFrame({"psi_deg": psi}, index=times).to_parquet(tmp_path / "b.parquet")
+    for name, time in (("a", {"signal": "when"}), ("b", {})):
+        signal = readers.read("parquet", [tmp_path / f"{name}.parquet"], LogMap(time=time)).signals["psi_deg"]
+        np.testing.assert_allclose(signal.times, [1777629600.0, 1777629601.0])
+        np.testing.assert_array_equal(signal.values, [1.0, 3.0])
+
+
 TABLES = {
     "commas": "t,yaw_deg\n0,1.5\n0.5,2.5\n",
     "semicolons and decimal commas": "t;yaw_deg\n0,0;1,5\n0,5;2,5\n",
@@ -277,12 +384,21 @@ TABLES = {
     "text between, and a line that breaks off": "t,mode,yaw_deg\n0,AUTO,1.5\n0.5,MANUAL,2.5\n1.0,MA",
     "times of the day, past midnight": "date;time;yaw_deg\n1.5.26;23:59:59,75;1,5\n2.5.26;00:00:00,25;2,5\n",
     "Windows": "\ufefft,yaw_deg\r\n0,1.5\r\n0.5,2.5\r\n\r\n",
+    "zeros of a power cut": "t,yaw_deg\n0,1.5\n0.5,2.5\n\0\0\0\0",
+    "Unicode text of Excel": "\ufefft\tyaw_deg\r\n0\t1.5\r\n0.5\t2.5\r\n".encode("utf-16-le"),
+    "UTF-16 without its mark": "t,yaw_deg\n0,1.5\n0.5,2.5\n".encode("utf-16-be"),
+    "seconds and nanoseconds": "header.stamp.sec,header.stamp.nanosec,yaw_deg\n7,500000000,1.5\n8,0,2.5\n",
+    "date and time": "Date,UTC Time,yaw_deg\n1/30/2021,23:59:59.5,1.5\n1/31/2021,00:00:00.0,2.5\n",
+    "six columns": "Year,Month,Day,Hour,Min,Sec,yaw_deg\n21,1,30,23,59,59.5,1.5\n21,1,31,0,0,0,2.5\n",
+    "GPS weeks": "GPS Week,GPS TOW [s],yaw_deg\n2142,604799.5,1.5\n2143,0,2.5\n",
+    "a zone in the head": "Time (UTC),yaw_deg\n0,1.5\n0.5,2.5\n",
+    "two units of a quantity": "t,yaw_deg,yaw [deg],yaw [rad]\n0,1.5,1,2\n0.5,2.5,1,2\n",
 }
 
 
 @pytest.mark.parametrize("text", TABLES.values(), ids=TABLES)
 def test_tables_of_all_sorts(text, tmp_path):
-    (tmp_path / "t.txt").write_bytes(text.encode())
+    (tmp_path / "t.txt").write_bytes(text if isinstance(text, bytes) else text.encode())
     signal = readers.read("csv", [tmp_path / "t.txt"]).signals["yaw_deg"]
     np.testing.assert_allclose(signal.times - signal.times[0], [0.0, 0.5])
     np.testing.assert_allclose(signal.values, [1.5, 2.5])
@@ -296,6 +412,63 @@ def test_empty_cells_are_no_readings_and_other_words_are_none(tmp_path):
     np.testing.assert_array_equal(signals["a"].times, [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(signals["a"].values, [np.nan, 3.5, np.nan])
     np.testing.assert_array_equal(signals["b"].values, [1.0, 2.0, 4.0])
+
+
+def test_signals_are_found_under_the_heads_of_the_file(tmp_path):
+    """With its unit, and with the mark that makes the head a comment."""
+    (tmp_path / "t.csv").write_text("%time,field.depth [m]\n0,1.5\n1,2.5\n")
+    log_map = LogMap(time={"signal": "%time"}, columns={"depth_m": {"signal": "field.depth [m]"}})
+    assert readers.read("csv", [tmp_path / "t.csv"], log_map).signals["field.depth [m]"].unit == "m"
+
+
+def test_a_few_broken_rows_are_left_out_and_named(tmp_path):
+    rows = [f"{k},{k}" for k in range(40)]
+    rows[7], rows[20], rows[30] = "7", "x,20", ",30"
+    (tmp_path / "t.csv").write_text("\n".join(["t,psi", *rows]))
+    log = readers.read("csv", [tmp_path / "t.csv"])
+    assert len(log.signals["psi"].times) == 37
+    assert log.remarks == (
+        "line 9: has 1 cells, expected 2; 1 such lines are left out",
+        "row 20 from line 2, column 't': 'x' is not a time; 2 such rows are left out",
+    )
+
+
+UNTIMED = {
+    "no time": ("a,b\n1,2\n3,4\n", {}, ("missing", "time.signal")),
+    "many rows without a time": ("t,b\nx,2\n3,4\n", {}, ("data", "t")),
+    "broken": ("t,b\n1,2\n3,4,5\n6,7\n", {}, ("format", "")),
+    "another signal": ("t,b\n1,2\n3,4\n", {"signal": "tt"}, ("unknown", "time.signal")),
+}
+
+
+@pytest.mark.parametrize(("text", "time", "code"), UNTIMED.values(), ids=UNTIMED)
+def test_what_cannot_be_converted_can_be_listed(text, time, code, tmp_path):
+    """With the fault as a remark, so that the list helps to write the map."""
+    (tmp_path / "t.csv").write_text(text)
+    with refused(*code) as error:
+        readers.read("csv", [tmp_path / "t.csv"], LogMap(time=time))
+    log = readers.read("csv", [tmp_path / "t.csv"], LogMap(time=time), is_listed=True)
+    assert "b" in log.signals
+    assert log.remarks[-1] == str(error.value)
+
+
+def test_a_map_for_another_kind_of_file_names_the_likely_signal(tmp_path):
+    """Nothing that it names is in the file."""
+    path = WRITERS["mavlink"](tmp_path)
+    log_map = LogMap(columns={"heading_deg": {"signal": "ATTITUDE.yaw"}})
+    with refused("unknown", "columns.heading_deg.signal") as error:
+        conversion.convert(readers.read("mavlink", [path], log_map), log_map, tmp_path / "m.toml")
+    assert "did you mean 'ATT.Yaw'?" in str(error.value)
+
+
+def test_tables_with_clocks_of_their_own(tmp_path):
+    """The receipt of one, the stamp of the other; a clock that wraps."""
+    (tmp_path / "nav.csv").write_text("time,stamp,yaw_deg\n" + "".join(f"{k // 3},{100 + k},{k}\n" for k in range(9)))
+    (tmp_path / "fins.csv").write_text("time,rudder_deg\n" + "".join(f"{(101 + k) % 105},{k}\n" for k in range(7)))
+    tables = {"nav": {"signal": "stamp"}, "fins": {"wraps_every_s": 105.0}}
+    log = readers.read("csv", [tmp_path / "nav.csv", tmp_path / "fins.csv"], LogMap(time={"tables": tables}))
+    np.testing.assert_array_equal(log.signals["nav.yaw_deg"].times, np.arange(100.0, 109.0))
+    np.testing.assert_array_equal(log.signals["fins.rudder_deg"].times, np.arange(101.0, 108.0))
 
 
 WRONG_TABLES = {

@@ -1,0 +1,218 @@
+"""Time stamps of all sorts as seconds: counts since any zero, dates in the order of any country, times of the day."""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from bayesub.io import units
+from bayesub.io.errors import InputError, check_known
+from bayesub.logs.log_map import Clock
+
+HOUR_S, DAY_S, WEEK_S = 3600.0, 86400.0, 604800.0
+LONG = {"min": 60.0, "minute": 60.0, "h": HOUR_S, "hour": HOUR_S, "d": DAY_S, "day": DAY_S}  # units of files
+GPS_ZERO = 315964800.0 - 18.0  # s since 1970, less the leap seconds since 2017
+ZONES = ("utc", "gmt", "gps", "local", "unix", "epoch")  # what heads say in brackets beside units
+SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them is a date
+STEP = (5e-4, HOUR_S)  # s from row to row of a log
+MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and those in seconds
+OF_WEEK = (*MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week")
+LATEST = 1e11  # s since 1970, the year 5138
+
+# What numbers count, by unit or format -> seconds in one, and their zero in seconds since 1970.
+COUNTS = {unit: (factor, 0.0) for unit, factor in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))}
+FORMATS = {"excel": (DAY_S, -25569 * DAY_S), "mjd": (DAY_S, -40587 * DAY_S), "julian": (DAY_S, -2440587.5 * DAY_S)}
+FORMATS |= {"matlab": (DAY_S, -719529 * DAY_S), "labview": (1.0, -2082844800.0), "gps": (1.0, GPS_ZERO)}
+FORMATS |= {"filetime": (1e-7, -11644473600.0), "ticks": (1e-7, -62135596800.0)}
+# Orders of dates whose separators became strokes, and of those without.
+DATES = "%d/%m/%Y %m/%d/%Y %d/%m/%y %m/%d/%y %y/%m/%d %Y/%m/%d %d/%b/%Y %b/%d/%Y %d/%b/%y %d/%B/%Y %B/%d/%Y %d%b%Y "
+DATES += "%Y%m%d %d%m%Y %m%d%Y %d%m%y %m%d%y %y%m%d"
+_WEEKDAY = r"(?i)^(?:mon|tue|wed|thu|fri|sat|sun)[a-z]*\W+"
+_CLOCK = r"^(?P<date>.*?)[T,_\s]*\b(?P<h>\d{1,4}):(?P<m>\d\d)(?::(?P<s>\d\d))?(?P<part>[.,:]\d+)?"
+_CLOCK += r"\s*(?P<half>[AaPp])?(?:\.?[Mm]\.?)?\s*(?:Z|UTC|GMT)?$"
+_DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_ ]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<part>[.,]\d+)?(?P<half>$)"  # 124239.5
+
+
+def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) -> tuple[np.ndarray, str]:
+    """Times (n,) in seconds of a column of pandas, and a remark if its numbers showed what they count.
+
+    The map has a clock and the file a unit, which may be empty; `dates` is the column of dates or GPS weeks that times
+    of the day or week are added to. Dates become seconds since 1970, and stamps that are no times not a number.
+    InputError for what can be read in several ways, with the line of the map that decides.
+    """
+    import pandas as pd
+
+    form, unit, remark = clock.format or "", clock.unit or unit, ""
+    if form and "%" not in form:
+        message = f"key 'time.format': '{form}' is neither a pattern such as %d/%m/%Y nor one of {', '.join(FORMATS)}"
+        check_known(form, FORMATS, message, key="time.format")
+    if column.dtype.kind in "Mm":
+        zero = pd.Timestamp(0, tz=column.dt.tz) if column.dtype.kind == "M" else pd.Timedelta(0)
+        times = unwrapped((column - zero).dt.total_seconds().to_numpy(), DAY_S)
+        return unwrapped(times, clock.wraps_every_s), ""
+    numbers, unit = as_numbers(column), "" if unit.lower() in ZONES else unit
+    if "%" in form or not np.isfinite(numbers).any() or (not unit + form and _are_digits(numbers)):
+        if column.dtype.kind in "iuf":
+            column = pd.Series([f"{int(x):06d}{f'{x % 1:.6f}'[1:]}" if np.isfinite(x) else "" for x in numbers])
+        times, is_part = _written(column.astype(str).str.strip(), form, name, dates is not None)
+    else:
+        is_of_week = dates is not None and re.sub(r"\W+", "_", name.lower()) in OF_WEEK
+        times, remark = _counted(numbers, form, unit, name, is_of_week)
+        is_part = is_of_week or (remark != "" and np.nanmax(times) <= DAY_S)
+    if dates is not None and (is_part or clock.date):
+        counts = as_numbers(dates)
+        top = np.nanmax(counts, initial=0.0)
+        if 0.0 < top < 1e4:
+            times = times + GPS_ZERO + WEEK_S * counts
+        elif 3e4 < top < 6e4 and "%" not in form:
+            times = times + FORMATS["excel"][1] + DAY_S * counts
+        else:
+            texts = dates.astype(str).str.replace(r"\.0$", "", regex=True)
+            times = times + _days(texts, "" if "%M" in form else form, str(dates.name))
+    return unwrapped(times, clock.wraps_every_s), remark
+
+
+def unwrapped(times: np.ndarray, period: float | None) -> np.ndarray:
+    """Times (n,) of a clock that begins again after a period (s)."""
+    return times if period is None else times + period * np.cumsum(np.diff(times, prepend=times[:1]) < -0.5 * period)
+
+
+def as_numbers(column: Any) -> np.ndarray:
+    """Numbers (n,) of a column of pandas, with decimal points or commas; not a number for any other cell."""
+    import pandas as pd
+
+    if column.dtype.kind not in "biuf":
+        texts = column.astype(str).str.strip().str.replace(",", ".", regex=False)
+        column = pd.to_numeric(texts, errors="coerce")
+    numbers = column.to_numpy(dtype=float, na_value=np.nan)
+    return np.where(np.isfinite(numbers), numbers, np.nan)
+
+
+def _step(numbers: np.ndarray) -> float:
+    """The median step from row to row, without repeated ones; not a number if there is none."""
+    steps = np.abs(np.diff(numbers[np.isfinite(numbers)]))
+    return float(np.median(steps[steps > 0])) if (steps > 0).any() else np.nan
+
+
+def _are_digits(numbers: np.ndarray) -> bool:
+    """Whether numbers are hours, minutes and seconds without separators: 124239, none from 60 to 99 among them."""
+    numbers, step = numbers[np.isfinite(numbers)], _step(numbers)
+    has_carry = step <= 20.0 and (np.abs(np.diff(numbers) - 40.0 - step) <= step).any()  # from 59 to 100
+    is_clock = (numbers < 240000).all() and has_carry
+    is_moment = ((numbers > 1.9e13) & (numbers < 2.1e13)).all()
+    return bool((is_clock or is_moment) and ((numbers % 100 < 60) & (numbers % 1e4 < 6e3)).all())
+
+
+def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: bool) -> tuple[np.ndarray, str]:
+    """Times (n,) that are counted in a unit or as a format of the map, or as the numbers show, with a remark if so."""
+    low, high = np.nanquantile(
+        numbers, [0.01, 0.99], method="nearest"
+    )  # a few stamps may be damaged, and rows may come in bursts
+    step, mean = _step(numbers), (high - low) / (0.98 * max(len(numbers) - 1, 1))
+
+    def fits(size: float, zero: float, begin: float = SPAN[0]) -> bool:
+        is_step = np.isnan(step) or (STEP[0] <= size * mean and size * step <= STEP[1])
+        return is_step and begin <= zero + size * low and zero + size * high <= SPAN[1]
+
+    places = COUNTS | {key: place for key, place in FORMATS.items() if key != "gps"}
+    found = next((key for key, place in places.items() if fits(*place)), "")
+    line = f'{"unit" if found in COUNTS else "format"} = "{found}"'
+    (size, zero), remark = FORMATS.get(form, (1.0, 0.0)), ""
+    if unit:
+        unit, _, since = unit.partition(" since ")
+        try:
+            size = LONG.get(unit.strip().lower().rstrip("s")) or units.factor(unit, "s")
+        except InputError as error:
+            message = f"column '{name}' of times: {error}; give [time] unit"
+            raise InputError(message, error.kind, f"time.{error.key}") from None
+        zero = zero if form or not since else float(np.nan_to_num(_parsed([since], "mixed"))[0])
+    elif is_of_week:
+        size = 1e-3 if high > WEEK_S or name.lower() in MILLISECONDS else 1.0
+    elif not form and high <= 1.0 and STEP[0] / DAY_S <= step < STEP[0]:
+        size, remark = DAY_S, f"'{name}' is read as the part of a day that has passed"
+    elif not form and not fits(1.0, 0.0, -np.inf):
+        if found:
+            size, zero = places[found]
+            begin = np.datetime64(int(zero + size * np.nanmin(numbers)), "s").item()
+            remark = f"'{name}' is read with {line} and begins on {begin} UTC; [time] of the map can say otherwise"
+        else:
+            likely = [key for key, (factor, _) in COUNTS.items() if STEP[0] <= factor * step <= STEP[1] or key == "s"]
+            lines = " or ".join(f'unit = "{key}"' for key in reversed(likely))
+            message = f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; "
+            raise InputError(f"{message}if these are no seconds, write {lines} under [time]", "missing", "time.unit")
+    times = zero + size * numbers
+    if abs(zero + size * high) > LATEST:
+        message = f"column '{name}' of times: {high:.12g} {unit or 's'} is after the year 5000; "
+        remedy = f"write {line} under [time] of the map" if found else "give [time] unit or format"
+        raise InputError(message + remedy, "unit", "time.unit")
+    return times, remark
+
+
+def _parsed(texts: Any, pattern: str) -> np.ndarray:
+    """Seconds since 1970 (n,) of texts by a pattern; not a number for those that do not follow it."""
+    import pandas as pd
+
+    moments = pd.to_datetime(pd.Series(texts, dtype=str), format=pattern, errors="coerce", utc=True)
+    return (moments - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds().to_numpy()
+
+
+def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndarray, bool]:
+    """Times (n,) of texts by a pattern of the map, or as they are, and whether these are times of the day."""
+    import pandas as pd
+
+    if "%M" in form and form != "%M:%S":
+        texts, plain = texts.str.replace(",", "."), re.sub("[.,]%f", "", form).replace(",", ".")
+        times, fractions = _parsed(texts, plain), _parsed(texts, plain.replace("%S", "%S.%f"))
+        times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbBy]", form)
+        return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part
+    if not form:
+        times = _parsed(texts.str.replace(",", "."), "ISO8601")
+        if np.isfinite(times).mean() > 0.5:
+            return times, False
+    parts = texts.str.extract(_CLOCK)
+    parts = texts.str.extract(_DIGITS) if parts["h"].isna().all() else parts
+    if parts["h"].isna().all():
+        return _days(texts, form, name), False
+    h, m, s = (pd.to_numeric(parts[key]).to_numpy(dtype=float) for key in "hms")
+    rest = parts["date"].fillna("").str.strip()
+    days, rest = as_numbers(rest.str.extract(r"^(\d+) days?$")[0]), rest.str.replace(r"^\d+ days?$", "", regex=True)
+    is_part = (rest == "").all()
+    if np.isnan(s).all() and is_part and not has_dates:  # hours and minutes, or as a spreadsheet shows minutes
+        if form != "%M:%S" and parts["part"].isna().all() and np.nanmax(h) <= 23:
+            message = f"'{texts.iloc[0]}' of '{name}' is minutes and seconds, or hours and minutes; write format = "
+            raise InputError(message + '"%M:%S" or format = "%H:%M" under [time] of the map', "missing", "time.format")
+        h, m, s = np.zeros_like(h), h, m
+    half = parts["half"].str.upper()
+    h = np.where(half.isin(["A", "P"]), h % 12 + 12 * (half == "P"), h)
+    part = as_numbers("0." + parts["part"].str[1:].fillna("0"))
+    times = DAY_S * np.nan_to_num(days) + 3600 * h + 60 * m + np.nan_to_num(s) + part
+    if not is_part:
+        return times + _days(rest, form, name), False
+    period = DAY_S if (h > 0).any() or np.nanmax(m) > 59 else HOUR_S
+    return times if has_dates else unwrapped(times, period), True
+
+
+def _days(texts: Any, form: str, name: str) -> np.ndarray:
+    """Seconds since 1970 (n,) at midnight of dates; InputError if their order cannot be seen."""
+    import pandas as pd
+
+    codes, uniques = pd.factorize(texts)
+    plain = pd.Series(uniques, dtype=str).str.strip().str.replace(_WEEKDAY, "", regex=True)
+    is_dotted = plain.str.contains(".", regex=False).all()  # month first is not written with points
+    plain = plain.str.replace(r"\W+", "/", regex=True).str.replace(r"^(\d{5}|\d{7})$", r"0\1", regex=True)
+    found = {}
+    for pattern in [re.sub("[^%a-zA-Z]+", "/", form)] if form else DATES.split():
+        times = _parsed(plain, pattern)
+        times = np.where((times >= SPAN[0]) & (times <= SPAN[1]), times, np.nan)
+        if np.isfinite(times).any() and not (is_dotted and pattern.startswith("%m")):
+            found[pattern] = times
+    # The order by which most are dates, and by which they span the shortest time.
+    ranks = {key: (np.isnan(times).sum(), np.ptp(times[np.isfinite(times)])) for key, times in found.items()}
+    best = [key for key, rank in ranks.items() if rank == min(ranks.values())]
+    if not best:
+        return np.full(len(texts), np.nan)
+    if not all(np.array_equal(found[key], found[best[0]], equal_nan=True) for key in best):
+        lines = " or ".join(f'format = "{key}"' for key in best)
+        message = f"'{texts.iloc[0]}' of '{name}' is a date in several orders; write {lines} under [time] of the map"
+        raise InputError(message, "missing", "time.format")
+    return np.append(found[best[0]], np.nan)[codes]
