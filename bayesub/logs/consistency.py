@@ -155,7 +155,7 @@ def _gain(
         gain += part
         shows = mended & {*relation.targets, *relation.needed, *relation.optional}
         compared = (old or next((one for targets, one in gone if targets == relation.targets), ()))[k : k + 1]
-        is_closer = all(one.rms > misfits[k].rms for one in compared)
+        is_closer = all(one.rms > TIE * misfits[k].rms for one in compared)
         if part > largest and was > AGREES and share < EXPLAINED and shows and is_closer:
             factor, unit = (180.0 / np.pi, "deg/s") if relation.rotation else (1.0, "m/s")
             as_named = "".join(f", as named by {factor * misfit.rms:.2g}" for misfit in compared)
