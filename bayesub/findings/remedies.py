@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from scipy import special
 
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
@@ -33,7 +32,7 @@ _NAMES = {
 }
 _ADD = "the lines to add"
 _STEP = 0.15  # of its range, by which a control steps from one row to the next
-_AFTER, _MOST, _CHANCE = 3.0, 0.8, 1e-3  # readings after a step; share of outliers there, and chance of so many
+_STEPS, _AFTER, _LARGER = 3, 3.0, 2.0  # steps at least; readings after one; by how much residuals are larger there
 _LISTED = 6  # channels in a sentence
 
 
@@ -70,11 +69,11 @@ def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Discre
 
 
 def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
-    """The control that steps between its rows where it has most outliers after it, in words; empty if none has.
+    """The control that steps between its rows after which residuals are largest, in words; empty if there is none.
 
     `residuals`: channel -> (n_draws, n) quantile residuals. A log has no more than a straight line between two rows.
     """
-    best, words = _CHANCE, ""
+    best, words = _LARGER, ""
     for trial_name, trial, _ in problem.each_trial(problem.prior.mean):
         manoeuvre, trials = trial.manoeuvre, f"[{trial_name}]" if trial_name else ""
         ordered = {manoeuvre.logged(name) for name in manoeuvre.commanded}
@@ -82,19 +81,21 @@ def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
             moves = np.abs(np.diff(history))
             steps = (moves > _STEP * np.ptp(history)) & (name not in ordered)
             begin, end = manoeuvre.times[:-1][steps], manoeuvre.times[1:][steps]
-            for channel in trial.record.channels if steps.any() else ():
-                far = np.abs(residuals.get(f"{channel.name}{trials}", np.zeros((1, 1)))) > OUTLIER
+            for channel in trial.record.channels if len(begin) >= _STEPS else ():
+                sizes = np.abs(residuals.get(f"{channel.name}{trials}", np.zeros((1, len(channel.times))))).mean(axis=0)
                 k = np.searchsorted(begin, channel.times, side="right") - 1
                 after = (k >= 0) & (channel.times <= end[k] + _AFTER * float(np.median(np.diff(channel.times))))
-                n, m = np.mean(far.sum(axis=1)), np.mean((far & after).sum(axis=1))
-                if m < _MOST * n or (chance := float(special.bdtrc(m - 1.0, round(n), after.mean()))) >= best:
+                largest = np.zeros(len(begin))
+                np.maximum.at(largest, k[after], sizes[after])
+                most, usual = float(np.median(largest)), float(np.quantile(sizes[~after], 0.9, method="lower"))
+                if most < max(OUTLIER, best * usual):
                     continue
-                best, column = chance, log_files.HEADERS.get(name, name)
-                words = (
-                    f"{m:.0f} of {n:.0f} outliers of {channel.name}{trials} follow a step of {column} from one row to "
+                best, column = most / usual, log_files.HEADERS.get(name, name)
+                words = f"residuals of {channel.name}{trials} reach {most:.2g} after steps of {column} from one row to "
+                words += f"the next, and {usual:.2g} elsewhere. A straight line joins the rows: log "
+                words += (
+                    f"{f'the command ({command_column(column)}), or ' if '_' in column else ''}the control more often."
                 )
-                order = f"the command ({command_column(column)}), or " if "_" in column else ""
-                words += f"the next, which are joined by a straight line; log {order}the control more often."
     return words
 
 

@@ -192,10 +192,11 @@ def pvs(vehicle: Vehicle, known: Known, source: str) -> str:
     scalars, used, lines = _scalars(boat), set(boat.equations.added_masses), []
     lines += [f"vehicle.{key} = {_number(scalars[key])}" for key in ("L", "rho", "W", "B")]
     lines += [f"vehicle.{key} = np.array([{', '.join(map(_number, scalars[key]))}])" for key in ("r_bg", "r_bb")]
+    moving = [0, 1, 5] if boat.equations.degrees_of_freedom == 3 else list(range(6))
     for key, matrix in (("MRB", boat.rigid_mass), ("MA", boat.added_mass)):
         lines += [
-            f"vehicle.{key} = np.array([",
-            *(f"    [{', '.join(map(_number, row))}]," for row in matrix.tolist()),
+            f"vehicle.{key}[np.ix_({moving}, {moving})] = np.array([",
+            *(f"    [{', '.join(map(_number, row))}]," for row in matrix[np.ix_(moving, moving)].tolist()),
             "])",
         ]
     lines += [
@@ -229,7 +230,8 @@ def pvs(vehicle: Vehicle, known: Known, source: str) -> str:
         *_head(boat, source),
         "",
         "apply(vehicle) changes a remus100 of PythonVehicleSimulator into this boat: size, weight, mass, added mass,",
-        "drag and fins. Lift, damping, cross-flow and propeller stay those of that vehicle.",
+        "drag and fins. Lift, damping, cross-flow and propeller stay those of that vehicle"
+        + (", and the masses of heave, roll and pitch." if len(moving) == 3 else "."),
     ]
     body = [f"    {line}" for line in lines]
     rest = ["", "# Without counterpart in remus100.py:", *comments] if comments else []

@@ -196,7 +196,6 @@ def stability(boat: Vehicle) -> Examination:
         "horizontal_G_h": ("v", "r", ("Y", "N"), "and it holds no course with the rudder amidships"),
         "vertical_G_v": ("w", "q", ("Z", "M"), f"but for the righting moment, {righted}"),
     }
-    less = " (less the moment of the mass)" if boat.equations.rigid_body_terms == "separate" else ""
     unstable = False
     for key, index in indices.items():
         across, rotation, (force, moment), what = planes[key]
@@ -204,10 +203,15 @@ def stability(boat: Vehicle) -> Examination:
         symbol = key.partition("_")[2]
         damping = listed([*drift.of(force), *turning.of(moment)], "the damping derivatives")
         if index is None:
-            found.warn(
-                f"{symbol} is undefined: {damping}{less} are not both negative",
-                f"set {damping} from captive tests or a similar boat",
+            is_force = drift.values[force] >= 0.0
+            axis, variable, names = (
+                (force, across, drift.of(force)) if is_force else (moment, rotation, turning.of(moment))
             )
+            less = "" if is_force else " (less the moment of the mass)"
+            why = f"{axis} has no term in {variable} that damps"
+            why = f"{listed(names, '')}{less} {'are' if len(names) > 1 else 'is'} not negative" if names else why
+            remedy = f"set {listed(names, '')}" if names else f"add a term such as {axis}u{variable}, and set it"
+            found.warn(f"{symbol} is undefined: {why}", f"{remedy} from captive tests or a similar boat")
         elif index <= 0.0:
             munk = listed(drift.of(moment), f"the slope of {moment} by {across}")
             found.warn(

@@ -19,6 +19,9 @@ TIE = 1.1  # of two mends that do about the same the first is taken: radians (57
 SIDEWAYS = 0.2  # speed ahead over that to the side, below which the names are exchanged
 _FLOOR = 1e-3
 
+APART = {True: 20.0 * DEGREE, False: 5.0}  # of angles, rad, and of places, m, from which on a constant is not believed
+BOTH_WAYS = 30.0 * DEGREE  # of heading, to either side, that no rudder at rest makes
+
 SMALL = 0.8  # rad that no rudder exceeds, so that 0.8 "degrees" may be radians
 LARGE = 1.6  # rad that no rudder reaches
 TURNED = 60.0 * DEGREE  # of heading, beyond which a rudder of less than SMALL degrees is not believed
@@ -51,13 +54,20 @@ def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tupl
         Short names of controls besides those of all boats.
     """
     controls = (*CONTROLS, "rpm", *controls)
+    headers = {name: HEADERS.get(name, name) for name in log} | headers
+    if mixed := columns.check_mixed(log, headers):
+        return mixed
     log, result = columns.check_stamps(log)
     result += columns.check_clock(log)
-    data, of_angles = columns.check_angles(series(log), headers)
+    data, of_marks = columns.check_marks(series(log), headers, controls)
+    if runs := columns.check_runs(data, headers):
+        return [*result, *of_marks, *runs]  # what they have in common says nothing
+    data, of_angles = columns.check_angles(data, headers)
     data, of_stuck = columns.check_stuck(data, headers, controls)
+    data, of_constants = _check_constants(data, headers, controls)
     data, of_kinematics = _check_kinematics(data, headers)
-    result += [*of_angles, *of_stuck, *of_kinematics]
     headers = _all_headers(headers, data)
+    result += [*of_marks, *of_angles, *of_stuck, *of_constants, *of_kinematics]
     if "u" in data and "v" in data:
         u, v = (float(np.median(np.abs(data[name].values))) for name in "uv")
         if u < SIDEWAYS * v:
@@ -135,8 +145,8 @@ def _gain(
 ) -> tuple[float, str | None]:
     """By how much the logarithms of the shares fall together, and the relation of mended columns that shows it best."""
     largest, evidence = 0.0, None
-    gone = [misfits for words, (_, misfits) in before.items() if words not in after]
-    gain = 0.0 + sum(_log(min(misfit.share for misfit in misfits)) for misfits in gone)
+    gone = [(one.targets, misfits) for words, (one, misfits) in before.items() if words not in after]
+    gain = 0.0 + sum(_log(min(misfit.share for misfit in misfits)) for _, misfits in gone)
     for words, (relation, misfits) in after.items():
         old = before[words][1] if words in before else ()
         k = min(range(len(misfits)), key=lambda k: min(one[k].share for one in (misfits, old) if k < len(one)))
@@ -144,8 +154,9 @@ def _gain(
         part = _log(was) - _log(share)
         gain += part
         shows = mended & {*relation.targets, *relation.needed, *relation.optional}
-        if part > largest and was > AGREES and share < EXPLAINED and shows:
-            compared = (old or next(iter(gone), ()))[k : k + 1]
+        compared = (old or next((one for targets, one in gone if targets == relation.targets), ()))[k : k + 1]
+        is_closer = all(one.rms > TIE * misfits[k].rms for one in compared)
+        if part > largest and was > AGREES and share < EXPLAINED and shows and is_closer:
             factor, unit = (180.0 / np.pi, "deg/s") if relation.rotation else (1.0, "m/s")
             as_named = "".join(f", as named by {factor * misfit.rms:.2g}" for misfit in compared)
             evidence = f"{words} differ by {factor * misfits[k].rms:.2g} {unit} so{as_named} "
@@ -156,6 +167,30 @@ def _gain(
 
 def _log(share: float) -> float:
     return float(np.log(min(1.0, max(_FLOOR, share))))
+
+
+def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, ...]) -> tuple[Data, list[Finding]]:
+    """Columns that hold one value from first to last beside others by which they should change, and the others."""
+    constant = {name for name, column in data.items() if not np.ptp(column.values)}
+    reasons: dict[str, str] = {}
+    for relation in relations(data):
+        for name in constant & {*relation.targets, *relation.needed} - reasons.keys():
+            others = {*relation.targets, *relation.needed} - constant
+            if others and (apart := relation.apart(data)) > APART[relation.rotation]:
+                size = f"{apart / DEGREE:.3g} deg" if relation.rotation else f"{apart:.3g} m"
+                reasons[name] = f"{relation.words} go {size} apart"
+    steering = {name for name in controls if name in data and name not in (*CONTROLS[1:], "rpm")}
+    angle = next((data[name].unwrapped().values for name in ("psi", "heading") if name in data), np.zeros(1))
+    rise, fall = (angle - np.minimum.accumulate(angle)).max(), (np.maximum.accumulate(angle) - angle).max()
+    if steering == {"delta_r"} <= constant and min(rise, fall) > BOTH_WAYS:
+        reasons["delta_r"] = (
+            f"the boat turns by {rise / DEGREE:.3g} deg to starboard and by {fall / DEGREE:.3g} to port"
+        )
+    found = [
+        Finding("constant", (headers[name],), f"never changes, and {reason}", "leave the column out", misread=True)
+        for name, reason in reasons.items()
+    ]
+    return {name: column for name, column in data.items() if name not in reasons}, found
 
 
 def _check_sizes_of_controls(data: Data, headers: dict[str, str], names: tuple[str, ...]) -> list[Finding]:
@@ -189,11 +224,14 @@ def _check_signs_of_controls(data: Data, headers: dict[str, str]) -> list[Findin
         if name not in data or not np.ptp(data[name].values):
             continue
         angle = next((data[name].unwrapped() for name in angles if name in data), None)
+        righted = angle if rate == "q" else None
         if rate in data:
-            correlation = _correlation(data[name], data[rate])
+            correlation = _correlation(data[name], data[rate], righted)
         elif angle is not None:
             middle = 0.5 * (angle.times[1:] + angle.times[:-1])
-            correlation = _correlation(data[name], Series(middle, np.diff(angle.values) / np.diff(angle.times)))
+            correlation = _correlation(
+                data[name], Series(middle, np.diff(angle.values) / np.diff(angle.times)), righted
+            )
         else:
             continue
         if correlation * sign < -CLEAR:
@@ -205,27 +243,30 @@ def _check_signs_of_controls(data: Data, headers: dict[str, str]) -> list[Findin
     return result
 
 
-def _correlation(control: Series, rate: Series) -> float:
-    """Of a rate with the control in steady turns; otherwise of its change at the same rate (Nomoto et al. 1957)."""
+def _correlation(control: Series, rate: Series, righted: Series | None = None) -> float:
+    """Of a rate with the control in steady turns; otherwise of its change at the same rate (Nomoto et al. 1957).
+
+    `righted`: the angle of a boat that rights itself, and does not turn steadily.
+    """
     inside = (rate.times >= control.times[0]) & (rate.times <= control.times[-1])
     times, values = rate.times[inside], rate.values[inside]
     if len(times) < 2 * WINDOWS:
         return 0.0
-    angle, best = control.at(times), 0.0
+    angle, tilt, best = control.at(times), 0.0 * times if righted is None else righted.at(times), 0.0
     for length in lengths(times, 2.0 * float(np.median(np.diff(times)))):
         first, last = windows(times, length, [rate.gaps()])
         if len(first) < 2 * WINDOWS:
             break
-        sums = [np.concatenate([[0.0], np.cumsum(column)]) for column in (angle, values)]
-        angles, rates = ((total[last] - total[first]) / (last - first) for total in sums)
+        sums = [np.concatenate([[0.0], np.cumsum(column)]) for column in (angle, values, tilt)]
+        angles, rates, tilts = ((total[last] - total[first]) / (last - first) for total in sums)
         steady = _partial_correlation(angles, rates, [np.ones(len(rates))])
-        if abs(steady) > STEADY:
+        if abs(steady) > STEADY and righted is None:
             return steady
         steps = np.diff(angles)
         if np.sum(steps**2) ** 2 < CHANGES * np.sum(steps**4) or not steps.min() < 0.0 < steps.max():
             continue
         # The change between the means of two windows, by the control and the rate of the first.
-        known = [np.ones(len(rates) - 1), rates[:-1]]
+        known = [np.ones(len(rates) - 1), rates[:-1], tilts[:-1]]
         best = max(best, _partial_correlation(angles[:-1], np.diff(rates), known), key=abs)
     return best
 

@@ -10,8 +10,10 @@ import numpy as np
 from bayesub.io import units
 from bayesub.io.errors import InputError, nearest
 from bayesub.logs import log_files
+from bayesub.logs.columns import marks
 from bayesub.logs.log_map import ColumnSection, LogMap
 from bayesub.logs.readers.signals import Signal, VehicleLog
+from bayesub.logs.series import HEADINGS
 
 BACKWARDS_S = 1.0  # a clock that goes back by more was set; by less, messages overtook one another
 # Seconds after which clocks wrap: a minute, hour, half a day, day and week, counts of 16 and 32 bits in ms and us.
@@ -72,7 +74,8 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
         if section.signal in log.signals:
             columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
         elif not section.optional:
-            suggestion = _likely(name, section.signal, log.signals)
+            why = next((f": {remark}" for remark in log.remarks if remark.startswith(f"'{section.signal}'")), "")
+            suggestion = why or _likely(name, section.signal, log.signals)
             message = f"{where}.signal': {log.path} has no signal '{section.signal}'{suggestion}"
             raise InputError(message, "unknown", key)
     if not columns:
@@ -123,8 +126,10 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
     usable = np.isfinite(times) & np.isfinite(values)
     if n := np.count_nonzero(~usable):
         remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not numbers and left out")
-    if section.valid is not None:
-        inside = (values >= section.valid[0]) & (values <= section.valid[1])
+    if section.valid is not None or section.missing:
+        least, most = section.valid or (-np.inf, np.inf)
+        inside = (values >= least) & (values <= most)
+        inside &= ~np.isclose(values[:, None], section.missing, rtol=1e-6, atol=0.0).any(axis=1)
         if n := np.count_nonzero(usable & ~inside):
             remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not valid and left out")
         usable &= inside
@@ -132,6 +137,11 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
     if not len(times):
         message = f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
         raise InputError(message, "data", f"columns.{name}")
+    short = log_files.short_name(name)
+    is_control = name in log_files.CONTROL_COLUMNS or short not in log_files.HEADERS
+    for mark, often in marks(values, 360.0 if short in HEADINGS else 0.0, usual=is_control).items():
+        remark = f"{mark:.12g} stands for no reading in {often} of {len(values)} values of '{section.signal}'?"
+        remarks.append(f"{remark} missing = [{mark:.12g}] under [columns.{name}] leaves them out")
     steps = np.diff(times)
     for k in np.flatnonzero(steps < -BACKWARDS_S)[:1]:
         message = f"{path}: the time stamps of '{section.signal}' go back from {times[k]:.12g} to {times[k + 1]:.12g} "
@@ -159,7 +169,10 @@ def _why_back(steps: np.ndarray) -> str:
     if period in WRAPS or (len(back) > 1 and np.allclose(jumps, period, rtol=0.02)):
         line = f"wraps_every_s = {float(f'{period:.3g}') if period not in WRAPS else period:.12g}"
         return f"its clock seems to begin again every {period:.6g} s; write {line} under [time] of the map"
-    return "its clock was set; cut the file there, or take a signal with another clock"
+    remedy = (
+        "cut the file there, take a signal with another clock, or keep one run by where (--list names a column for it)"
+    )
+    return f"its clock was set, or another run begins; {remedy}"
 
 
 def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:

@@ -34,6 +34,7 @@ OUTPUTS = (*STATES, *ACCELERATIONS)
 CONTROLS = ("delta_r", "delta_b", "delta_s")
 
 WRITTEN = "%.12g"  # digits of a number in a file
+COMMENTS = ("#", "%", "//")  # how lines begin that are none
 CHUNK = 100_000  # rows that are searched at a time for what is wrong with a file
 
 _LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
@@ -66,6 +67,7 @@ _UPRIGHT, _DEEPEST, _FASTEST = 90.1, 12e3, 1080.0 * DEGREE
 POSSIBLE = {"theta": (-_UPRIGHT * DEGREE, _UPRIGHT * DEGREE), "depth": (-100.0, _DEEPEST), "z": (-_DEEPEST, _DEEPEST)}
 POSSIBLE |= dict.fromkeys("pqr", (-_FASTEST, _FASTEST))
 LONGEST = 366 * 86400.0  # s from the first row to the last
+VAST = 1e15  # sizes beyond are no readings of anything: 9.96921e36 and 1e38 stand for them
 
 CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 
@@ -127,6 +129,10 @@ def read_log(
         name, value = names[column], rows[row, column]
         excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
         remedy = "check the unit, or empty the cell"
+        if stands_for_missing(np.array([value]))[0]:
+            remedy = (
+                f"empty it if it stands for no reading (in a map missing = [{value:.12g}] leaves out all such cells)"
+            )
         raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
     log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
@@ -145,6 +151,14 @@ def read_log(
     return log
 
 
+def stands_for_missing(values: np.ndarray) -> np.ndarray:
+    """Which numbers (n,) programs write for a reading that is missing: nines, ends of integers, vast ones."""
+    sizes = np.abs(values)
+    nines = [10.0**k - 10.0**-m for k in range(2, 8) for m in range(4)]
+    ends = [2.0**k - one for k in (7, 8, 15, 16, 31, 32) for one in (0.0, 1.0)]
+    return (sizes > VAST) | np.isclose(sizes[:, None], nines + ends, rtol=1e-9).any(axis=1)
+
+
 def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
     """The names of the columns of a file as they stand there, all of them known or among `controls`."""
     columns = _columns(controls)
@@ -156,11 +170,17 @@ def headers(path: Path, controls: Iterable[str] = ()) -> list[str]:
             remedy = "separate them by commas, with decimal points"
             raise InputError(f"{path}: columns are separated by {word}; {remedy}", "format")
     names = [name.strip().strip('"') for name in header.split(",")]
-    for name in names:
+    if names[0].startswith(COMMENTS):
+        raise InputError(f"{path}: line 1 is a comment; delete it, so that the names come first", "format", names[0])
+    for k, name in enumerate(names, 1):
+        if not name:
+            message = f"{path}: line 1: column {k} has no name, as after a comma too many; name it or delete it"
+            raise InputError(message, "format")
         if name not in columns:
-            quantity = name.rpartition("_")[0].lower()
+            quantity = name.rpartition("_")[0].lower() or None
             same = [column for column in HEADERS.values() if column.rpartition("_")[0] == quantity]  # in another unit
-            suggestion = f": did you mean '{same[0]}'?" if same else nearest(name, columns)
+            hint = "" if controls else "a control of a boat of your own needs that boat before the log"
+            suggestion = f": did you mean '{same[0]}'?" if same else nearest(name, columns, hint)
             raise InputError(f"{path}: unknown column '{name}'{suggestion}", "unknown", name)
     if "time_s" not in names:
         raise InputError(f"{path}: column 'time_s' is missing", "missing", "time_s")
@@ -229,11 +249,14 @@ def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
             if wrong.size:
                 row, column = wrong[0]
-                cell = table.iat[row, column]
-                hint = "; write a decimal point" if "," in cell else ""
-                name = table.columns[column]
+                cell, name = table.iat[row, column], table.columns[column]
                 where = f"{path}: line {table.index[row] + 2}, column '{name}'"
-                return InputError(f"{where}: '{cell}' is not a finite number{hint}", "data", name)
+                if "\0" in cell:
+                    message = f"{where}: holds bytes of zero, as a loss of power leaves them; delete these lines"
+                    return InputError(message, "data", name)
+                hint = "write a decimal point" if "," in cell else "empty such cells, as bayesub convert csv does"
+                others = f", one of {len(wrong)} such cells" if len(wrong) > 1 else ""
+                return InputError(f"{where}: '{cell}' is not a finite number{others}; {hint}", "data", name)
     return InputError(f"{path}: holds cells that are not finite numbers", "data")
 
 

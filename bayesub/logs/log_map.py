@@ -105,6 +105,8 @@ class ColumnSection(Section):
         At most one reading in this time.
     valid : (float, float) or None
         Values of the signal outside of these are no readings.
+    missing : tuple of float
+        Values of the signal that stand for no reading.
     wrap : bool
         Angles are brought to 0 .. 360 degrees.
     water_density_kgm3 : float or None
@@ -124,6 +126,7 @@ class ColumnSection(Section):
     delay_s: float = 0.0
     interval_s: Positive | None = None
     valid: tuple[float, float] | None = None
+    missing: tuple[float, ...] = ()
     wrap: bool = False
     water_density_kgm3: WaterDensity | None = None
     optional: bool = False
@@ -154,6 +157,8 @@ class LogMap(Section):
         Of ``slocum``: the folder of the cache files (.cac).
     definitions : tuple of str
         Of ``ros``: files (.msg) of messages that the bag does not define, or folders of them.
+    where : dict of str to str or float
+        Of tables: column -> what it holds in the rows that are read, such as the name of one of several vehicles.
     time : TimeSection
         The clock.
     columns : dict of str to ColumnSection
@@ -163,6 +168,7 @@ class LogMap(Section):
     kind: str | None = None
     cache: str | None = None
     definitions: tuple[str, ...] = ()
+    where: dict[str, str | float] = pydantic.Field(default_factory=dict)
     time: TimeSection = TimeSection()
     columns: dict[str, ColumnSection] = pydantic.Field(default_factory=dict)
 

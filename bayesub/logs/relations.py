@@ -14,6 +14,7 @@ from bayesub.logs.series import ANGLES, WINDOWS, Series, lengths, windows
 
 _TINY = 1e-300
 _ROUND_OFF = 1e-9  # of the largest position or angle
+PIECES, HALF = 16, 0.5  # over which what goes apart is averaged; share of the motion from which on it counts
 
 
 @dataclass(frozen=True)
@@ -66,22 +67,9 @@ class Relation:
 
         There is none if too few readings are at common times.
         """
-        parts = {name: data[name] for name in self.columns(data)}
-        parts = {name: part.unwrapped() if name in ANGLES else part for name, part in parts.items()}
-        rates = {name: part for name, part in parts.items() if name not in self.targets}
-        begin = max(part.times[0] for part in parts.values())
-        end = min(part.times[-1] for part in parts.values())
-        finest = min(rates.values(), key=lambda part: part.interval)
-        times, at = (
-            part.times[(part.times >= begin) & (part.times <= end)] for part in (finest, parts[self.targets[0]])
-        )
-        if min(len(times), len(at)) < 2 * WINDOWS:
+        if (compared := self._compared(data)) is None:
             return ()
-        values = np.reshape(self.rates({name: part.at(times) for name, part in rates.items()}), (-1, len(times)))
-        steps = 0.5 * np.diff(times) * (values[:, 1:] + values[:, :-1])
-        totals = np.concatenate([np.zeros_like(values[:, :1]), np.cumsum(steps, axis=1)], axis=1)
-        integrals = np.stack([np.interp(at, times, total) for total in totals], axis=1)
-        targets = np.stack([parts[name].at(at) for name in self.targets], axis=1)
+        parts, at, targets, integrals = compared
         gaps = [part.gaps() for part in parts.values()]
         round_off = _ROUND_OFF * max(1.0, float(np.abs(targets).max()))
         result = []
@@ -92,13 +80,54 @@ class Relation:
                 result.append(self._misfit(change, by_rates, (at[last] - at[first])[:, None]))
         return tuple(result)
 
-    def _misfit(self, change: np.ndarray, by_rates: np.ndarray, elapsed: np.ndarray) -> Misfit:
-        """Of changes (n, k) of the targets and integrals (n, k) of rates over windows of lengths (n, 1), s."""
+    def _compared(self, data: Data) -> tuple[Data, np.ndarray, np.ndarray, np.ndarray] | None:
+        """Columns, times (n,) of the targets, targets and integrals of the rates (n, k); None for too few readings."""
+        parts = {name: data[name] for name in self.columns(data)}
+        parts = {name: part.unwrapped() if name in ANGLES else part for name, part in parts.items()}
+        rates = {name: part for name, part in parts.items() if name not in self.targets}
+        begin = max(part.times[0] for part in parts.values())
+        end = min(part.times[-1] for part in parts.values())
+        finest = min(rates.values(), key=lambda part: part.interval)
+        times, at = (
+            part.times[(part.times >= begin) & (part.times <= end)] for part in (finest, parts[self.targets[0]])
+        )
+        if min(len(times), len(at)) < 2 * WINDOWS:
+            return None
+        values = np.reshape(self.rates({name: part.at(times) for name, part in rates.items()}), (-1, len(times)))
+        steps = 0.5 * np.diff(times) * (values[:, 1:] + values[:, :-1])
+        totals = np.concatenate([np.zeros_like(values[:, :1]), np.cumsum(steps, axis=1)], axis=1)
+        integrals = np.stack([np.interp(at, times, total) for total in totals], axis=1)
+        return parts, at, np.stack([parts[name].at(at) for name in self.targets], axis=1), integrals
+
+    def apart(self, data: Data) -> float:
+        """How far targets and integrals of the rates go apart, m or rad, noise averaged out.
+
+        Zero if that is less than half of how far either goes.
+        """
+        if not self.columns(data) or (compared := self._compared(data)) is None:
+            return 0.0
+        pieces = [[piece.mean(axis=0) for piece in np.array_split(part, PIECES)] for part in compared[1:]]
+        at, *both = (np.diff(part, axis=0) for part in pieces)
+        change, by_rates = self._alike(*both)
+        ways = np.cumsum([change - by_rates, change, by_rates], axis=1)
+        if self.drift:
+            times = np.cumsum(at)[:, None]
+            ways = ways - times * (times.T @ ways / (times.T @ times))
+        off, *others = np.ptp(ways, axis=1).max(axis=1)
+        return float(off) if off > HALF * max(others) else 0.0
+
+    def _alike(self, change: np.ndarray, by_rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes (n, k) of the targets and integrals (n, k) of rates, as the kind compares them."""
         if self.kind == "direction":
             size = np.linalg.norm(by_rates, axis=1, keepdims=True)
             by_rates = np.linalg.norm(change, axis=1, keepdims=True) * by_rates / np.maximum(size, _TINY)
         elif self.kind == "length":
             change = np.linalg.norm(change, axis=1, keepdims=True)
+        return change, by_rates
+
+    def _misfit(self, change: np.ndarray, by_rates: np.ndarray, elapsed: np.ndarray) -> Misfit:
+        """Of changes (n, k) of the targets and integrals (n, k) of rates over windows of lengths (n, 1), s."""
+        change, by_rates = self._alike(change, by_rates)
         misfit = _difference(change, by_rates, elapsed)
         if not self.drift:
             return misfit

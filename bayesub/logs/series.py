@@ -91,7 +91,8 @@ class Finding:
     ----------
     kind : str
         ``sign``, ``unit`` or ``name`` is another than the name says; ``axes`` of velocities or the ``origin`` of an
-        angle; averages across a ``wrap``; ``stuck`` at one value; the ``order`` of rows; the ``clock`` was set;
+        angle; averages across a ``wrap``; ``stuck`` at one value; ``constant`` from first to last; a ``mark`` for no
+        reading; the ``order`` of rows; ``mixed`` rows of several boats; another ``run`` begins; the ``clock`` was set;
         ``stamp``: repeated ones, or too few digits.
     columns : tuple of str
         Headers of the columns that are wrong.

@@ -93,7 +93,7 @@ def test_a_remus_of_pythonvehiclesimulator_becomes_the_boat():
     vehicle = bs.load_vehicle("suboff")
     module = {}
     exec(compile(conventions.pvs(vehicle, KNOWN, "test"), "boat.py", "exec"), module)
-    remus = SimpleNamespace(S=0.2, A_r=0.005, A_s=0.01)
+    remus = SimpleNamespace(S=0.2, A_r=0.005, A_s=0.01, MRB=np.eye(6), MA=np.eye(6))
     module["apply"](remus)
     xi = dict(zip(vehicle.equations.names, (vehicle.xi * vehicle.dimensional_factors).tolist(), strict=True))
     drag = 0.0011 / 0.001 * xi["Xuu"]
@@ -104,6 +104,17 @@ def test_a_remus_of_pythonvehiclesimulator_becomes_the_boat():
     plane = -0.5 * remus.rho * u**2 * remus.A_s * remus.CL_delta_s * ds
     assert (plane, remus.x_s * plane) == pytest.approx((xi["Zuu_ds"] * u**2 * ds, xi["Muu_ds"] * u**2 * ds), rel=1e-6)
     np.testing.assert_allclose(remus.Minv @ vehicle.mass_matrix, np.eye(6), atol=1e-6)
+
+
+def test_a_set_of_three_degrees_of_freedom_leaves_the_masses_of_heave_roll_and_pitch():
+    vehicle = bs.load_vehicle("mariner")
+    module, own, moving = {}, np.diag(np.arange(1.0, 7.0)), np.ix_([0, 1, 5], [0, 1, 5])
+    known = of_moments(vehicle.equations.names[:1], vehicle.xi[:1], np.eye(1) * 1e-12)
+    exec(compile(conventions.pvs(vehicle, known, "test"), "boat.py", "exec"), module)
+    remus = SimpleNamespace(S=0.2, A_r=0.005, A_s=0.01, MRB=own.copy(), MA=own.copy())
+    module["apply"](remus)
+    np.testing.assert_array_equal(remus.MA[[2, 3, 4]], own[[2, 3, 4]])
+    np.testing.assert_allclose(remus.M[moving], vehicle.mass_matrix[moving], rtol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["remus100", "mariner", "phoenix", "slocum_comet", "npsauv_crossflow"])

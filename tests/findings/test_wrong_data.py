@@ -159,6 +159,9 @@ def test_a_control_that_steps_between_its_rows_is_named(auv, flown, rng):
         residuals = problem.quantile_residuals(fit.values[None], rng)
         words = remedies.on_steps(problem, residuals)
         assert ("rudder_command_deg" in words) == named
+        # Where other misfits make outliers everywhere, those after steps are larger all the same.
+        waves = {name: 10.0 * r + 5.0 * np.sign(np.sin(np.arange(r.shape[1]))) for name, r in residuals.items()}
+        assert ("rudder_command_deg" in remedies.on_steps(problem, waves)) == named
 
 
 OWN_LOG = Path(__file__).parents[2] / "studies" / "own_log.toml"

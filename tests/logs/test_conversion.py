@@ -114,6 +114,19 @@ def test_readings_that_are_none_are_left_out_and_counted():
         converted(source, x_m={"signal": "a", "valid": (50.0, 60.0)})
 
 
+@pytest.mark.parametrize("mark", [-9999.0, 999.9, 65535.0, -32768.0, 1e38, 9.96921e36, 0.0])
+def test_numbers_that_stand_for_no_reading_are_proposed_and_left_out(mark):
+    times = 0.1 * np.arange(200)
+    values = 10.0 + 0.5 * times + 0.01 * np.sin(7.0 * times)
+    values[[7, 50, 51, 90]] = mark
+    source = log(a=(times, values, "deg"))
+    (remark,) = converted(source, heading_deg={"signal": "a"}).remarks
+    assert f"missing = [{mark:.12g}] under [columns.heading_deg]" in remark
+    result = converted(source, heading_deg={"signal": "a", "missing": (mark,)})
+    assert np.isfinite(result.columns["heading_deg"]).sum() == 196
+    assert result.remarks == ("heading_deg: 4 of 200 values of 'a' are not valid and left out",)
+
+
 def test_one_reading_in_an_interval():
     source = log(a=(np.arange(0.0, 10.0, 0.1), np.arange(100.0), "m"))
     result = converted(source, x_m={"signal": "a", "interval_s": 3.0})

@@ -272,6 +272,99 @@ def test_a_column_that_stands_still_is_named(clean, name):
     told(finding, "stuck", log_files.HEADERS[name])
 
 
+MARKS = [
+    ("u_ground", -9999.0, 1), ("u_ground", 999.9, 3), ("u_ground", -32.768, 5), ("u_ground", -1.0, 30),
+    ("r", -999.0, 2), ("heading", 655.35, 10), ("heading", 511.0, 3), ("depth", 0.0, 20),
+    ("x", 65535.0, 1), ("z", -99.0, 2),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "mark", "n"), MARKS)
+def test_a_number_that_stands_for_no_reading_is_named(clean, name, mark, n, rng):
+    values, header = clean[name].copy(), log_files.HEADERS[name]
+    values[rng.choice(np.flatnonzero(np.isfinite(values)), n, replace=False)] = mark * log_files.si_factor(name)
+    (finding,) = findings(clean | {name: values})
+    assert (finding.kind, finding.columns) == ("mark", (header,))
+    assert f"missing = [{mark:.10g}] under [columns.{header}]" in finding.remedy
+
+
+def test_a_control_may_jump_but_not_to_what_stands_for_no_reading(clean):
+    assert findings(clean | {"rpm": np.where(clean["time"] % 20 < 10, 0.0, 1500.0)}) == []
+    rudder = clean["delta_r"].copy()
+    rudder[1000] = 65535.0 * DEGREE
+    (finding,) = (one for one in findings(clean | {"delta_r": rudder}) if one.kind == "mark")
+    told(finding, "mark", "rudder_deg")
+
+
+def constant(log, name):
+    return np.where(np.isfinite(log[name]), log[name][np.isfinite(log[name])][0], np.nan)
+
+
+@pytest.mark.parametrize("name", ["r", "q", "theta", "psi", "heading", "x", "y", "z", "depth", "delta_r"])
+def test_a_column_that_never_changes_beside_one_that_says_it_must(clean, name):
+    (finding,) = findings(clean | {name: constant(clean, name)})
+    told(finding, "constant", log_files.HEADERS[name])
+
+
+def test_a_speed_of_zero_beside_a_track(clean):
+    (finding,) = findings(clean | {"u_ground": 0.0 * clean["u_ground"]})
+    told(finding, "constant", "u_ground_mps")
+
+
+def test_a_boat_at_rest_or_on_a_straight_course_may_hold_all_its_columns(clean):
+    straight = {"time": clean["time"], "y": 0.0 * clean["time"], "psi": 0.0 * clean["time"]}
+    assert findings(straight | {"x": 2.0 * clean["time"], "u": 2.0 + 0.0 * clean["time"]}) == []
+
+
+def elsewhere(log):
+    """The log of another boat: at another place, and to the other side."""
+    return log | {name: -log[name] for name in ("psi", "heading", "y", "v")} | {"x": log["x"] + 300.0}
+
+
+@pytest.mark.parametrize("pattern", ["ab", "abb", "random"])
+def test_rows_of_two_boats(clean, pattern, rng):
+    log = {name: values[np.isfinite(clean["x"])] for name, values in clean.items()}
+    n, other = len(log["time"]), elsewhere(log)
+    rows = rng.integers(0, 2, n) if pattern == "random" else np.resize([c == "b" for c in pattern], n)
+    (finding,) = findings({name: np.where(rows, other[name], values) for name, values in log.items()})
+    assert (finding.kind, finding.misread) == ("mixed", True)
+    assert "x_m" in finding.columns
+
+
+def test_rows_of_two_runs(clean):
+    other = elsewhere(clean)
+    both = {name: np.concatenate([values, other[name]]) for name, values in clean.items()}
+    assert {finding.kind for finding in findings(both)} == {"clock", "run"}
+    both["time"] = np.concatenate([clean["time"], clean["time"][-1] + 0.1 + clean["time"]])
+    (finding,) = findings(both)
+    assert finding.kind == "run"
+
+
+SMOOTH = [Sensor(f"{name}_m", 0.005, interval_s=0.1) for name in "xy"]
+
+
+def test_times_of_receipt(tmp_path):
+    """Rows that were received in bursts, and a sensor that does read in bursts."""
+    log = log_of(flown("remus100", "zigzag_20_20"), SMOOTH, tmp_path)
+    log = {name: values[np.isfinite(log["x"])] for name, values in log.items()}
+    times = log["time"]
+    assert findings(log) == []
+    rows = np.arange(len(times))
+    ends = np.minimum(rows // 5 * 5 + 4, len(times) - 1)
+    (finding,) = findings(log | {"time": times[ends] + 1e-3 * (rows % 5)})
+    told(finding, "clock", "time_s")
+    assert findings({name: values[rows // 5 % 2 == 0] for name, values in log.items()}) == []
+
+
+def test_a_jump_of_the_clock_after_the_last_reading_of_a_column(clean):
+    log = {name: values.copy() for name, values in clean.items()}
+    late = log["time"] > 100.0
+    for name in ("x", "y", "z", "depth"):
+        log[name][late] = np.nan
+    gap = (log["time"] < 120.0) | (log["time"] > 130.0)
+    assert findings({name: values[gap] for name, values in log.items()}) == []
+
+
 def test_a_boat_that_turns_back_in_a_gap_is_no_jump_of_the_clock():
     """A glider at the surface: it comes up, says nothing for three minutes, and goes down."""
     times = np.concatenate([np.arange(0.0, 400.0), np.arange(590.0, 900.0)])
@@ -304,3 +397,12 @@ def test_the_command_says_it(bayesub, clean, tmp_path):
     status, out, _ = bayesub("check", tmp_path / "log.csv", "--json")
     assert '"remedy": "multiply it by -1"' in out
     assert '"kind": "sign"' in out
+
+
+@pytest.mark.parametrize("manoeuvre", ["random", "coupled"])
+def test_stern_planes_of_a_boat_that_rights_itself(manoeuvre, tmp_path):
+    """The pitch of phoenix swings about that of its planes, against which its rate is as often as with them."""
+    log = log_of(flown("phoenix", manoeuvre), INSTRUMENTS["navigator"], tmp_path)
+    assert findings(log) == []
+    (finding,) = findings(log | scaled("delta_s", by=-1.0)(log))
+    told(finding, "sign", "stern_plane_deg")

@@ -124,6 +124,13 @@ REFUSED = [
     ("time_s,pitch_rad\n0,20\n", "unit", "pitch_rad"),
     ("time_s,r_radps\n0,30\n", "unit", "r_radps"),
     ("time_s,x_m\n0,1\n1e9,1\n", "unit", "time_s"),
+    ("time_s,x_m,\n0,1,\n", "format", ""),
+    ("# logger 3.2\ntime_s,x_m\n0,1\n", "format", "# logger 3.2"),
+    ("time_s,thrust_main_n\n0,1\n", "unknown", "thrust_main_n"),
+    ("time_s,x_m\n0,1\n1,---\n2,ERR\n", "data", "x_m"),
+    ("time_s,x_m\n0,1\n\0\0\0\0", "data", "time_s"),
+    ("time_s,r_degps\n0,1\n1,-9999\n", "unit", "r_degps"),
+    ("time_s,u_mps\n0,1\n1,9.96921e36\n", "unit", "u_mps"),
     (b"time_s,x_m\n0,1\n" + 10000 * b"\n" + b"1,\xff\n", "format", ""),
 ]
 

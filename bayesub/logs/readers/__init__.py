@@ -72,6 +72,8 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_
         For a file that is not of this kind or is not whole, and for a library that is not installed.
     """
     log_map, by_file = log_map or LogMap(), KINDS[kind].is_by_file
+    if log_map.where and KINDS[kind].module != "table":
+        raise InputError("where selects rows of tables only; leave it out", "conflict", "where")
     logs = [_read(kind, path, log_map) for path in paths]
     parts = [path.stem for path in paths] + [re.split(r"[.\[]", name)[0] for log in logs for name in log.signals]
     for table in () if is_listed else log_map.time.tables:

@@ -11,7 +11,7 @@ import numpy as np
 from bayesub.io import units
 from bayesub.io.errors import InputError, check_known
 from bayesub.logs.log_map import Clock, LogMap
-from bayesub.logs.readers import stamps
+from bayesub.logs.readers import rows, stamps
 from bayesub.logs.readers.signals import Signal, VehicleLog, library
 
 SEPARATORS = "\t;|, "  # a space is any number of them
@@ -42,6 +42,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         if names[k] in names[:k]:
             fault = InputError(f"{path}: column '{head}' is given twice; rename one of them", "conflict", head)
             names[k] = f"{head}_{k + 1}"
+    frame = rows.of_one(path, frame, names, log_map.where)
     used: tuple[int, ...] = ()
     times, clock = np.full(len(frame), np.nan), log_map.time.clock(path.stem)
     try:
@@ -51,9 +52,13 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     except InputError as error:
         fault, used = fault or error.within(str(path)), ()
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
+    parsed = [_numbers(frame[k]) for k in frame]
+    if fault is None:
+        numbers = [values for _, values, _ in parsed]
+        remarks += rows.told_apart(frame, names, numbers, times) + rows.times_of_header(names, numbers, times)
     signals = {}
-    for k, name in enumerate(names):
-        filled, values, text = _numbers(frame[k])
+    for k, (name, (filled, values, text)) in enumerate(zip(names, parsed, strict=True)):
+        remarks += rows.of_text(name, frame[k], filled) if k not in used and not text else []
         filled = filled & (np.isfinite(times) | (fault is not None))
         if k not in used and text:
             remarks.append(f"'{name}' holds text such as '{text}' and is left out")
@@ -265,7 +270,7 @@ def _moments(parts: Any) -> Any:
 def _numbers(column: Any) -> tuple[np.ndarray, np.ndarray, str]:
     """Which cells are filled (n,), their numbers (n,), and the first text that is none, if there is one."""
     filled, values = column.notna().to_numpy(), stamps.as_numbers(column)
-    wrong = filled & ~np.isfinite(values) & (column.dtype.kind not in "biuf")
-    texts = column[wrong].astype(str).str.strip()
+    texts = column[filled & ~np.isfinite(values) & (column.dtype.kind not in "biuf")].astype(str).str.strip()
     texts = texts[~texts.str.lower().isin(MISSING)]
-    return filled, values, texts.iloc[0] if len(texts) else ""
+    is_text = len(texts) > np.count_nonzero(np.isfinite(values))
+    return filled & ~column.index.isin(texts.index), values, texts.iloc[0] if is_text else ""

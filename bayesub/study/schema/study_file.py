@@ -289,8 +289,11 @@ class Study(TrialKeys):
             yield trial.name, trial, self.sensors if trial.sensors is None else trial.sensors
 
     def each_check(self) -> Iterator[tuple[CheckSection, tuple]]:
-        """Each log that is not fitted, and the sections of its sensors."""
+        """Each log that is not fitted, and the sections of its sensors; what the study ignores it ignores too."""
         for check in self.check or ():
+            if check.ignore is None and self.ignore and check.data and Path(self.path(check.data)).is_file():
+                header = toml_files.read_line(Path(self.path(check.data))).split(",")
+                check = check.model_copy(update={"ignore": tuple(name for name in self.ignore if name in header)})
             yield check, self.sensors if check.sensors is None else check.sensors
 
     @property

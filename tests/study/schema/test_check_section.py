@@ -87,6 +87,17 @@ bias_rudder_deg = { mean = 0.0, sd = 1.0 }
     assert set(own) == {"x0_m", "y0_m", "yaw0_deg", "u0_mps", "v0_mps", "r0_degps"}  # the rudder's zero is the boat's
 
 
+def test_a_check_ignores_what_the_study_does(folder):
+    """Of the columns that its log has: without an instrument for them they would be refused."""
+    for name in ("log", "other"):
+        log = log_files.read_log(folder / f"{name}.csv")
+        log_files.write_log(folder / f"{name}.csv", log | {"u": np.full(len(log["time"]), 1.5)})
+    ignoring = small_study.text(**QUICK | small_study.LOG, ignore=["u_mps"])
+    for log in ("other.csv", "third.csv"):  # the last has no such column
+        (unseen,) = prepared(folder, ignoring + CHECK.replace("other.csv", log)).unseen
+        assert "u" not in {channel.quantity for channel in unseen.problem.record.channels}
+
+
 def test_a_manoeuvre_with_a_known_start_needs_no_warm_up(folder):
     (unseen,) = prepared(folder, SIMULATED + '[[check]]\nmanoeuvre = "turning_circle"\n').unseen
     assert unseen.name == "turning_circle"
