@@ -143,10 +143,8 @@ def _flights(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
                 begins, ends = zip(*(section.window_s or (-np.inf, np.inf) for section in (check, fitted)), strict=True)
                 if logs[0] == logs[1] and max(begins) < min(ends):
                     where = f"is fitted in trial '{name}'" if name else "is fitted by this study"
-                    text = (
-                        f"{check.data} {where} and says nothing about prediction; give a log that is not fitted, or a "
-                    )
-                    text += "window_s to both that does not overlap"
+                    text = f"{check.data} {where} and says nothing about prediction; give a log that is not fitted"
+                    text += ", or a window_s to both that does not overlap"
                     raise InputError(text, "conflict", "check.data")
             trial = check.build(vehicle, sensors, check.nuisances(study.nuisance), study.path)
         yield _Flight(check.name, label, check, sensors, trial)
