@@ -1,12 +1,12 @@
 """Does a mission of a real torpedo AUV under autopilot say enough about its coefficients to predict others?
 
-Question: an Iver2 with a water-quality nose, at the surface of Biscayne Bay on 30 January 2021. Two minutes of a mission
-are fitted: 1 Hz, commands of the fins in counts, fixes and speed of a satellite receiver, a compass. The way back of
-the same mission and parts of three later ones are predicted from the fins and the first 20 s.
+Question: an Iver2 with a water-quality nose, at the surface of Biscayne Bay on 30 January 2021. Two minutes of a
+mission are fitted: 1 Hz, commands of the fins in counts, fixes and speed of a satellite receiver, a compass. The way
+back of the same mission and parts of three later ones are predicted from the fins and the first 20 s.
 Claim: with start, current, compass zero and clocks inferred the heading of the way back is missed by more than 45
-degrees. With the fins' zero inferred it is followed within 25, in bands that are too narrow. With a yaw moment that varies
-besides, the 90 % bands hold 80 to 98 % of the readings, and the way back is predicted. An autopilot answers that moment
-with the rudder: four in five logs of missions show it, and none of a run by hand.
+degrees. With the fins' zero inferred it is followed within 25, in bands that are too narrow. With a yaw moment that
+varies besides, the 90 % bands hold 80 to 98 % of the readings, and the way back is predicted. An autopilot answers that
+moment with the rudder: four in five logs of missions show it, and none of a run by hand.
 Cost: half an hour, most of it for the posterior. The logs are not ours to give: the environment variable BAYESUB_IVER2
 names a clone of gregorymurad/marineRobotics, or its folder Logs; without it the study is skipped, and with --quick too.
 """
@@ -50,12 +50,14 @@ FIGURES = {
     "90 % bands, which should be 90 %. The fins' zero makes the prediction, the yaw moment makes its bands honest.",
 }
 ANSWER = """
-With all that is inferred the heading of the way back is followed to {steps/yaw moment that varies/heading_deg; .0f} degrees
-(root mean square), without the fins' zero to {steps/compass zero and clocks/heading_deg; .0f}. The 90 % bands hold
+With all that is inferred the heading of the way back is followed to
+{steps/yaw moment that varies/heading_deg; .0f} degrees (root mean square), without the fins' zero to
+{steps/compass zero and clocks/heading_deg; .0f}. The 90 % bands hold
 {steps/yaw moment that varies/coverage; percent; .0f} % of its readings, and
 {steps/slow errors of the sensors/coverage; percent; .0f} % if no yaw moment is inferred. A count of the fins' zero,
-{count_deg; .2f} degrees, turns that heading by {by_count_deg; .0f} degrees, and the log says the zero to {zero/sd; .1f}
-degrees: from such a log a heading is not predicted much better. A run by hand, with steps of the rudder, would say more.
+{count_deg; .2f} degrees, turns that heading by {by_count_deg; .0f} degrees, and the log says the zero to
+{zero/sd; .1f} degrees: from such a log a heading is not predicted much better. A run by hand, with steps of the rudder,
+would say more.
 """
 
 
@@ -254,8 +256,8 @@ def draw_steps(paths, steps):
 
 def tables(numbers):
     """Each prediction, what each thing inferred does, and the parameters."""
-    yield "Predictions by the posterior: error of the heading (deg, rms), mean half-width of its 90 % band, error of the"
-    yield "track (m, rms of x and of y), and share of all readings in the bands."
+    yield "Predictions by the posterior: error of the heading (deg, rms), mean half-width of its 90 % band, error of"
+    yield "the track (m, rms of x and of y), and share of all readings in the bands."
     yield "Sds and correlation times were chosen while the way back was looked at, and not the later missions.\n"
     rows = [row | {"name": name} for name, row in numbers["predictions"].items()]
     cells = {"log": lambda row: NAMES[row["name"]]}
@@ -275,8 +277,8 @@ def tables(numbers):
     cells = {"parameter": lambda row: row["name"], "mean": lambda row: f"{row['mean']:.3g}"}
     yield from columns(rows, cells | {"sd": lambda row: f"{row['sd']:.2g}"})
     missions, by_hand = (numbers["autopilot"][kind] for kind in ("missions", "by hand"))
-    yield f"\nThe rudder answers the heading in {missions['answer']} of {missions['logs']} logs of missions in the folder,"
-    yield f"and in {by_hand['answer']} of {by_hand['logs']} logs of runs by hand."
+    yield f"\nThe rudder answers the heading in {missions['answer']} of {missions['logs']} logs of missions in the"
+    yield f"folder, and in {by_hand['answer']} of {by_hand['logs']} logs of runs by hand."
 
 
 def claims(numbers):
