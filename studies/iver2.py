@@ -4,9 +4,10 @@ Question: an Iver2 with a water-quality nose, at the surface of Biscayne Bay on 
 mission are fitted: 1 Hz, commands of the fins in counts, fixes and speed of a satellite receiver, a compass. The way
 back of the same mission and parts of three later ones are predicted from the fins and the first 20 s.
 Claim: with start, current, compass zero and clocks inferred the heading of the way back is missed by more than 45
-degrees. With the fins' zero inferred it is followed within 25, in bands that are too narrow. With a yaw moment that
-varies besides, the 90 % bands hold 80 to 98 % of the readings, and the way back is predicted. An autopilot answers that
-moment with the rudder: four in five logs of missions show it, and none of a run by hand.
+degrees. With the fins' zero inferred it is followed within 35, in bands that are too narrow. With a yaw moment that
+varies besides, the errors of all four parts are as large as the posterior says, some 30 degrees to either side after
+two minutes, more than half of which is the fins' zero. An autopilot answers that moment with the rudder: four in five
+logs of missions show it, and none of a run by hand.
 Cost: half an hour, most of it for the posterior. The logs are not ours to give: the environment variable BAYESUB_IVER2
 names a clone of gregorymurad/marineRobotics, or its folder Logs; without it the study is skipped, and with --quick too.
 """
@@ -35,6 +36,7 @@ NAMES = {"same": "way back of the mission fitted", **{name: f"mission at {name[:
 AMIDSHIPS, COUNT_DEG = 128, 0.16  # of the fins: counts, and what a count is taken for
 COUNT_RPM = 20.0  # the same of the motor
 KNOTS = 1852.0 / 3600.0
+NORMAL_90 = 1.645  # standard deviations of half of a 90 % interval
 # What a study infers besides coefficients, start and current, each with all before it: and what it does not infer yet.
 WITHOUT = {
     "compass zero and clocks": ("bias_rudder_deg", "noise", "disturbance"),
@@ -42,7 +44,7 @@ WITHOUT = {
     "slow errors of the sensors": ("disturbance",),
 }
 ALL = "yaw moment that varies"
-N_DRAWS, MAX_STEPS, SEED = 400, 2500, 1
+N_DRAWS, MAX_STEPS, SEED = 400, 6000, 1
 FIGURES = {
     "headings": "Headings that were not fitted: measured (dots), posterior mean and 90 % band. Grey: the first 20 s, "
     "which say start, current and compass zero.",
@@ -50,14 +52,14 @@ FIGURES = {
     "90 % bands, which should be 90 %. The fins' zero makes the prediction, the yaw moment makes its bands honest.",
 }
 ANSWER = """
-With all that is inferred the heading of the way back is followed to
-{steps/yaw moment that varies/heading_deg; .0f} degrees (root mean square), without the fins' zero to
-{steps/compass zero and clocks/heading_deg; .0f}. The 90 % bands hold
-{steps/yaw moment that varies/coverage; percent; .0f} % of its readings, and
-{steps/slow errors of the sensors/coverage; percent; .0f} % if no yaw moment is inferred. A count of the fins' zero,
-{count_deg; .2f} degrees, turns that heading by {by_count_deg; .0f} degrees, and the log says the zero to
-{zero/sd; .1f} degrees: from such a log a heading is not predicted much better. A run by hand, with steps of the rudder,
-would say more.
+Without the fins' zero the heading of the way back is missed by
+{steps/compass zero and clocks/heading_deg; .0f} degrees (root mean square), with it by
+{steps/slow errors of the sensors/heading_deg; .0f}, but the 90 % bands hold
+{steps/slow errors of the sensors/coverage; percent; .0f} % of its readings. With a yaw moment that varies the bands are
+{predictions/same/channels/heading/half_width; .0f} degrees to either side and the errors as large as they say, there and
+in three later missions. A count of the fins' zero, {count_deg; .2f} degrees, turns that heading by
+{by_count_deg; .0f} degrees, and the log says the zero to {zero/sd; .1f} degrees: that is {zero_share; percent; .0f} % of
+the bands. A run by hand, with steps of the rudder, would say more.
 """
 
 
@@ -98,7 +100,7 @@ def answered(run, scratch, folder):
     predictions = {row.pop("name"): row for row in unseen.numbers(found)}
     makes = {name: partial(lesser, scratch, drop, posterior) for name, drop in WITHOUT.items()}
     steps = run.parts("studies that infer less", makes)
-    same = predictions["same"]
+    same, zero = predictions["same"], summary(posterior, "bias_rudder_deg")
     steps[ALL] = {"heading_deg": same["channels"]["heading"]["rms"]["posterior"], "coverage": same["coverage"]["90 %"]}
     return {
         "shortcomings": list(posterior.shortcomings),
@@ -106,11 +108,12 @@ def answered(run, scratch, folder):
         "parameters": {
             name: summary(posterior, name) for name in posterior.names if not name.startswith("disturbance_")
         },
-        "zero": summary(posterior, "bias_rudder_deg"),
+        "zero": zero,
         "steps": steps,
         "predictions": predictions,
         "count_deg": COUNT_DEG,
-        "by_count_deg": by_count(setup, posterior),
+        "by_count_deg": (turned := by_count(setup, posterior)),
+        "zero_share": NORMAL_90 * turned * zero["sd"] / COUNT_DEG / same["channels"]["heading"]["half_width"],
         "autopilot": autopilots(folder),
     }
 
@@ -288,12 +291,13 @@ def claims(numbers):
     steps, autopilot = numbers["steps"], numbers["autopilot"]
     first = steps[next(iter(WITHOUT))]["heading_deg"]
     yield first > 45.0, f"without the fins' zero the heading is off by {first:.0f} degrees"
-    worst = max(row["heading_deg"] for _, row in list(steps.items())[1:])
-    yield worst < 25.0, f"with the fins' zero the heading is off by {worst:.0f} degrees"
+    worst = max(row["heading_deg"] for row in list(steps.values())[1:])
+    yield worst < 35.0, f"with the fins' zero the heading is off by {worst:.0f} degrees"
     narrow = max(row["coverage"] for name, row in steps.items() if name != ALL)
     yield narrow < 0.75, f"without the yaw moment 90 % bands hold {narrow:.0%}"
-    yield 0.80 <= steps[ALL]["coverage"] <= 0.98, f"with all the 90 % bands hold {steps[ALL]['coverage']:.0%}"
-    yield numbers["predictions"]["same"]["predicts"], "the way back is not predicted"
+    for name, row in numbers["predictions"].items():
+        yield row["predicts"], f"the {NAMES[name]} is not predicted"
+    yield numbers["zero_share"] > 0.5, f"the fins' zero is {numbers['zero_share']:.0%} of the bands"
     missions, by_hand = autopilot["missions"], autopilot["by hand"]
     yield missions["answer"] >= 0.8 * missions["logs"], "autopilots are not recognised"
     yield not by_hand["answer"], "a run by hand is taken for an autopilot's"

@@ -16,29 +16,27 @@ def advice(problem: AnyProblem) -> str:
     """What a study should infer besides or heed: zeros of actuators, and controls that answer; empty if nothing."""
     parts = [text] if (text := zeros.advice(problem)) else []
     for name, trial, _ in problem.each_trial(problem.prior.mean):
-        history = trial.manoeuvre
+        history, of_trial = trial.manoeuvre, f" of {name}" if name else ""
         inferred = [axis for one in trial.histories for axis in one.disturbances.knots.axes]
-        for k, control in enumerate(trial.equations.controls):
+        for k, control in enumerate(trial.equations.controls if trial.record.truth is None else ()):
             angles, axis = STEERED.get(control.column, ((), ""))
-            channel = next((c for c in trial.record.channels if c.quantity in angles), None)
-            if trial.record.truth is not None or channel is None or len(channel.times) < 2:
-                continue
-            rows, readings = (float(np.median(np.diff(times))) for times in (history.times, channel.times))
-            every = slice(None, None, max(round(rows / readings), 1))
-            times, angle = channel.times[every], channel.values[every]
-            correlation, n_steps = answer(np.interp(times, history.times, history.controls[:, k]), angle)
-            if not correlation:
-                continue
-            text = f"{control.column}{f' of {name}' if name else ''} answers {channel.name} as an autopilot does "
-            text += f"(correlation of what is new in both {correlation:.2f}, by chance at most "
-            text += (
-                f"{CHANCE / np.sqrt(len(times)):.2f}): it holds against waves and gusts, whose forces a fit takes for "
-            )
-            text += (
-                f"those of hull and rudder, and only its {n_steps} own steps in {times[-1] - times[0]:.3g} s move the "
-            )
-            remedy = "" if axis in inferred else f'infer the forces ([disturbance] axes = ["{axis}"]), and '
-            parts.append(f"{text}boat; {remedy}fly a run without autopilot, with steps by a plan")
+            for channel in [c for c in trial.record.channels if c.quantity in angles and len(c.times) > LAGS][:1]:
+                rows, readings = (np.median(np.diff(times)) for times in (history.times, channel.times))
+                times = channel.times[:: (every := max(round(rows / readings), 1))]
+                moved = np.interp(times, history.times, history.controls[:, k])
+                correlation, n_steps = answer(moved, channel.values[::every])
+                text = (
+                    f"{control.column}{of_trial} answers {channel.name} as an autopilot does ({correlation:.2f} is the "
+                )
+                text += (
+                    f"correlation of what is new in both, by chance at most {CHANCE / np.sqrt(len(times)):.2f}): it "
+                )
+                text += (
+                    "holds against waves and gusts, whose forces a fit takes for those of hull and rudder, and only "
+                )
+                text += f"its {n_steps} own steps move the boat; "
+                text += "" if axis in inferred else f'infer the forces ([disturbance] axes = ["{axis}"]), and '
+                parts += [f"{text}fly a run without autopilot, with steps by a plan"] if correlation else []
     return ". ".join(parts)
 
 
@@ -53,16 +51,18 @@ def answer(control: np.ndarray, angle: np.ndarray) -> tuple[float, int]:
     """
     moves, turns = np.diff(control), np.diff(angle)
     n = len(moves) - LAGS
-    if n < 10 * LAGS or np.mean(np.abs(moves) > 1e-6 * np.ptp(control)) < MOVING or not np.ptp(turns):
+    if n < 10 * LAGS or np.mean(np.abs(moves) > 1e-6 * np.ptp(control)) < MOVING:
         return 0.0, 0
-    before = [part[LAGS - k :][:n] for k in range(1, LAGS + 1) for part in (moves, turns)]
-    own = np.column_stack([*before[::2], np.ones(n)])
+    own, others = (np.stack([p[LAGS - k :][:n] for k in range(1, LAGS + 1)], axis=1) for p in (moves, turns))
+    own = np.column_stack([own, np.ones(n)])
     new, sd = _new(moves[LAGS:], own)
-    surprise, _ = _new(turns[LAGS:], np.column_stack([own, *before[1::2], control[LAGS:-1]]))
+    surprise, scale = _new(turns[LAGS:], np.column_stack([own, others, control[LAGS:-1]]))
+    if not (sd and scale):
+        return 0.0, 0
     now, later = (np.corrcoef(surprise[: n - k], new[k:])[0, 1] for k in (0, 1))
     answers = now > LEAST and (now - max(later, 0.0)) * np.sqrt(n) > CHANCE
-    own_steps = np.flatnonzero(np.abs(new) >= LARGE * sd)  # of which those that follow closely are one
-    return float(now) if answers else 0.0, int(np.count_nonzero(np.diff(own_steps, prepend=-n) > LAGS))
+    steps = np.flatnonzero(np.abs(new) >= LARGE * sd)  # of which those that follow closely are one
+    return float(now) if answers else 0.0, int(np.count_nonzero(np.diff(steps, prepend=-n) > LAGS))
 
 
 def _new(values: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
@@ -71,7 +71,5 @@ def _new(values: np.ndarray, known: np.ndarray) -> tuple[np.ndarray, float]:
     for _ in range(3):
         rest = values - known @ np.linalg.lstsq(known[usual], values[usual])[0]
         sd = 1.4826 * float(np.median(np.abs(rest)))
-        usual = np.abs(rest) < LARGE * sd
-        if np.mean(usual) < MOVING:
-            break
+        usual = np.abs(rest) <= LARGE * sd
     return np.clip(rest, -LARGE * sd, LARGE * sd), sd

@@ -25,7 +25,6 @@ _ACROSS = {"Y": "horizontal", "N": "horizontal", "Z": "vertical", "M": "vertical
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 _ROUND_OFF = 1e-9  # of the range of a column
 _VARIES = 3.0  # times as large as the finest is the step of a column that is written with so many digits, not decimals
-_DENSE = 20.0  # readings while the boat travels its length, beyond which one in a tenth of it will do
 _MANY = 5000  # readings up to which all are taken
 _OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
 
@@ -174,17 +173,15 @@ def _thinned(boat: Vehicle, log: dict[str, np.ndarray], of_use: list[str]) -> li
     times = [log["time"][np.isfinite(log[key])] for key in of_use]
     n, tenth = sum(map(len, times)), 0.1 * boat.length_m / boat.speed_mps
     kept = sum(min(len(one), np.ptp(one) / tenth) for one in times)
-    dense = 0.1 * _DENSE * np.median(np.concatenate([np.diff(one) for one in times])) < tenth
-    return [_INTERVAL.format(tenth, n, n / kept)] if n > _MANY and dense else []
+    return [_INTERVAL.format(tenth, n, n / kept)] if n > max(_MANY, 2.0 * kept) else []
 
 
 def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> str:
     """The lines of the noise of a column and of its rounding, in its unit.
 
-    Of a smooth signal with independent noise the median second difference, over the root of six, is its standard
-    deviation. Where readings mostly repeat the one before, each that does not differs by a rounding step: one for all,
-    or, in a file with so many digits, one that grows with the value. An error of rounding has a standard deviation of
-    the step over the root of twelve.
+    Of a smooth signal with independent noise the median second difference, over the root of six, is its sd. Where most
+    readings repeat the one before, the others differ by a rounding step: one for all, or, in a file with so many
+    digits, one that grows with the value. The sd of an error of rounding is the step over the root of twelve.
     """
     header = log_files.HEADERS[key]
     present = np.isfinite(log[key])
@@ -203,8 +200,7 @@ def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> str:
         held = np.diff(times[1:][changes], prepend=times[0])
         step = float(np.sqrt(np.average(steps[changes] ** 2, weights=held)))
         if step > _VARIES * finest:
-            words = f"rounded to so many digits, in steps of up to {steps.max():.2g}"
-            return _NOISE.format(step / np.sqrt(12.0), words)
+            return _NOISE.format(step / np.sqrt(12.0), f"so many digits, in steps of up to {steps.max():.2g}")
     if scatter < finest:
         return _NOISE.format(finest / np.sqrt(12.0), "hidden by the rounding") + _RESOLUTION.format(finest)
     return _NOISE.format(scatter, "guessed from its scatter")
