@@ -44,7 +44,7 @@ WITHOUT = {
     "slow errors of the sensors": ("disturbance",),
 }
 ALL = "yaw moment that varies"
-N_DRAWS, MAX_STEPS, SEED = 400, 6000, 1
+N_DRAWS, MAX_STEPS, SEED = 400, 2500, 1
 FIGURES = {
     "headings": "Headings that were not fitted: measured (dots), posterior mean and 90 % band. Grey: the first 20 s, "
     "which say start, current and compass zero.",
@@ -56,10 +56,10 @@ Without the fins' zero the heading of the way back is missed by
 {steps/compass zero and clocks/heading_deg; .0f} degrees (root mean square), with it by
 {steps/slow errors of the sensors/heading_deg; .0f}, but the 90 % bands hold
 {steps/slow errors of the sensors/coverage; percent; .0f} % of its readings. With a yaw moment that varies the bands are
-{predictions/same/channels/heading/half_width; .0f} degrees to either side and the errors as large as they say, there and
-in three later missions. A count of the fins' zero, {count_deg; .2f} degrees, turns that heading by
-{by_count_deg; .0f} degrees, and the log says the zero to {zero/sd; .1f} degrees: that is {zero_share; percent; .0f} % of
-the bands. A run by hand, with steps of the rudder, would say more.
+{predictions/same/channels/heading/half_width; .0f} degrees to either side and the errors as large as they say, there
+and in three later missions. A count of the fins' zero, {count_deg; .2f} degrees, turns that heading by
+{by_count_deg; .0f} degrees, and the log says the zero to {zero/sd; .1f} degrees: that is
+{zero_share; percent; .0f} % of the bands. A run by hand, with steps of the rudder, would say more.
 """
 
 
@@ -100,6 +100,7 @@ def answered(run, scratch, folder):
     predictions = {row.pop("name"): row for row in unseen.numbers(found)}
     makes = {name: partial(lesser, scratch, drop, posterior) for name, drop in WITHOUT.items()}
     steps = run.parts("studies that infer less", makes)
+    turned = by_count(setup, posterior)
     same, zero = predictions["same"], summary(posterior, "bias_rudder_deg")
     steps[ALL] = {"heading_deg": same["channels"]["heading"]["rms"]["posterior"], "coverage": same["coverage"]["90 %"]}
     return {
@@ -112,7 +113,7 @@ def answered(run, scratch, folder):
         "steps": steps,
         "predictions": predictions,
         "count_deg": COUNT_DEG,
-        "by_count_deg": (turned := by_count(setup, posterior)),
+        "by_count_deg": turned,
         "zero_share": NORMAL_90 * turned * zero["sd"] / COUNT_DEG / same["channels"]["heading"]["half_width"],
         "autopilot": autopilots(folder),
     }
