@@ -1,6 +1,6 @@
 """Does a mission of a real torpedo AUV under autopilot say enough about its coefficients to predict others?
 
-Question: an Iver2 with a water-quality nose, at the surface of Biscayne Bay on 30 January 2021. Two minutes of a
+Question: an Iver2 with a water-quality nose, at the surface of Biscayne Bay on 2021-01-30. Two minutes of a
 mission are fitted: 1 Hz, commands of the fins in counts, fixes and speed of a satellite receiver, a compass. The way
 back of the same mission and parts of three later ones are predicted from the fins and the first 20 s.
 Claim: with start, current, compass zero and clocks inferred the heading of the way back is missed by more than 45
