@@ -1,6 +1,7 @@
 """The commands that come before a run: `check`, `simulate`, `rank` and `bench`."""
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
 from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.findings.verdicts import NOT_FLOWN, STATUS
 from bayesub.io import toml_files
-from bayesub.io.terminal import complain, console, say, say_rows
+from bayesub.io.terminal import LONG_S, Bars, complain, console, say, say_rows
 
 if TYPE_CHECKING:
     from bayesub.model.vehicles import Vehicle
@@ -34,7 +35,9 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     vehicles: list[Vehicle] = []
     findings, built_in = {}, toml_files.built_in("equations") | toml_files.built_in("vehicles")
     for path in files:
-        text, file_card = examine(built_in.get(str(path), path), vehicles)
+        with Bars(math.inf if as_json else LONG_S) as bars:
+            bars.stage(f"check {path.name}")
+            text, file_card = examine(built_in.get(str(path), path), vehicles)
         if file_card is not None and hasattr(file_card, "vehicle"):
             vehicles.append(file_card.vehicle)
         findings[str(path)] = (text, file_card)

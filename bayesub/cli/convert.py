@@ -9,7 +9,7 @@ import click
 from bayesub.cli.arguments import KIND, PATH
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import aligned, say
+from bayesub.io.terminal import LONG_S, Bars, aligned, say
 
 if TYPE_CHECKING:
     from bayesub.logs.conversion import Conversion
@@ -55,9 +55,13 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
 
     map_file = map_file or toml_files.built_in("maps")[kind]
     log_map = read_map(map_file, kind)
-    log = readers.read(kind, files, log_map)
-    result = conversion.convert(log, log_map, map_file)
-    result.save(output)
+    with Bars(LONG_S) as bars:
+        bars.stage(f"read {files[0].name}")
+        log = readers.read(kind, files, log_map)
+        bars.stage("make the columns")
+        result = conversion.convert(log, log_map, map_file)
+        bars.stage(f"write {output.name}")
+        result.save(output)
     say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
     for line in column_lines(result):
         say(line)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.findings import zeros
+from bayesub.findings import feedback, zeros
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks import convergence
 from bayesub.inference.identifiability.fisher import correlation_factor
@@ -59,7 +59,7 @@ class DataCard:
     n_directions: int  # as that of a channel, by all of them together
     contraction: np.ndarray  # (n_params,), as that of a channel, by all of them together
     zeros: list[dict]  # coefficients that are known only with zeros of actuators, by zeros.together
-    advice: str  # what the study should infer besides; empty if nothing
+    advice: str  # what the study should infer besides or heed; empty if nothing
 
     def lines(self) -> list[str]:
         """The card as a table, a row a channel, and what trades off with zeros of actuators."""
@@ -131,7 +131,7 @@ def check(problem: AnyProblem, title: str) -> DataCard:
     steps = problem.prior.sd[others, None] * factor
     covariance = steps @ np.linalg.solve(np.eye(len(others)) + (whitened @ factor).T @ (whitened @ factor), steps.T)
     n, names = problem.n_coefficients, tuple(problem.names[k] for k in others)
-    of_zeros = zeros.together(names, covariance, problem.vehicle), zeros.advice(problem)
+    of_zeros = zeros.together(names, covariance, problem.vehicle), feedback.advice(problem)
     return DataCard(title, problem.equations, names, n, tuple(channels), durations, *informed, *of_zeros)
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.findings import conflicts, rests_on, set_up, zeros
+from bayesub.findings import conflicts, feedback, rests_on, set_up, zeros
 from bayesub.findings.equation_card import glossary
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
@@ -83,7 +83,7 @@ def collect(
         "baselines": [_baseline(problem, estimate) for estimate in estimates],
         "chi_square_per_reading": _chi_squares(problem, posterior.best[None])[0],
         "zeros": zeros.together(summary.names, np.atleast_2d(np.cov(summary.draws.T)), problem.vehicle),
-        "advice": zeros.advice(problem),
+        "advice": feedback.advice(problem),
         "conflict": conflicts.numbers(problem, summary),
         "rests_on": rests_on.numbers(problem, posterior.best, summary.mean[:n], summary.sd[:n]),
     }

@@ -19,6 +19,7 @@ from bayesub.io.errors import printable
 
 BAD_INPUT, INTERRUPTED = 2, 130  # the others are those of verdicts
 _SAY_S = 60.0  # between two lines of a stage where there are no bars
+LONG_S = 5.0  # of a stage of a command that is mostly soon over, from which it has a line
 
 
 class _Console(Console):
@@ -155,10 +156,12 @@ class _Tail(rich.progress.ProgressColumn):
 class Bars:
     """The stage at work as a bar with its pace and the time left, and a line with its time for each that has ended.
 
-    Where the output is no terminal there are the lines, and of a stage that takes long one a minute.
+    Where the output is no terminal there are the lines, and of a stage that takes long one a minute. A stage that took
+    less than `least_s` has no line.
     """
 
-    def __init__(self):
+    def __init__(self, least_s: float = 0.0):
+        self.least = least_s
         self.bars = rich.progress.Progress(
             SpinnerColumn(table_column=Column(no_wrap=True)),
             TextColumn("{task.description}", table_column=Column(no_wrap=True)),
@@ -184,7 +187,7 @@ class Bars:
         self.bars.stop()
 
     def _end(self):
-        if self.name:
+        if self.name and time.perf_counter() - self.began >= self.least:
             self._say(*self.words)
         for task in self.bars.task_ids:
             self.bars.remove_task(task)

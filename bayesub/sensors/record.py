@@ -160,6 +160,11 @@ class Record:
         channels = [replace(channel, times=channel.times[k], values=channel.values[k]) for channel, k in pairs]
         return replace(self, channels=tuple(channels))
 
+    def thinned(self, interval_s: float) -> "Record":
+        """The record with the first reading of each channel in every so many seconds."""
+        turns = [np.floor((channel.times - channel.times[:1]) / interval_s + 1e-6) for channel in self.channels]
+        return self.of_readings([np.diff(turn, prepend=-1.0) > 0.0 for turn in turns])
+
     def earlier(self, seconds: float) -> "Record":
         """The record with all readings taken so much earlier than it says."""
         return replace(self, channels=tuple(replace(c, times=c.times - seconds) for c in self.channels))

@@ -117,12 +117,12 @@ def test_the_pace_of_a_stage():
     assert [duration(s) for s in (6.6, 125, 3780)] == ["7 s", "2 min 05 s", "1 h 03 min"]
 
 
-def counted(monkeypatch, width, is_terminal):
+def counted(monkeypatch, width, is_terminal, least_s=0.0):
     """What a stage that counts to three of four shows."""
     text = io.StringIO()
     console = Console(file=text, force_terminal=is_terminal, width=width, color_system=None)
     monkeypatch.setattr(terminal, "console", console)
-    with terminal.Bars() as bars:
+    with terminal.Bars(least_s) as bars:
         bars.stage("sample the posterior")
         for k in range(4):
             bars.update(k, 4, "steps", "R-hat 1.02")
@@ -143,6 +143,7 @@ def test_a_stage_that_has_ended_is_a_line(monkeypatch):
     """Where there is no terminal too; there one that takes long has a line now and then."""
     line = r"  sample the posterior +0\.\d s  3 steps, R-hat 1\.02\n"
     assert re.fullmatch(line, counted(monkeypatch, 80, is_terminal=False))
+    assert counted(monkeypatch, 80, is_terminal=False, least_s=5.0) == ""
     monkeypatch.setattr(terminal, "_SAY_S", 0.0)
     *so_far, last = counted(monkeypatch, 80, is_terminal=False).splitlines()
     assert [text.partition("so far  ")[2] for text in so_far] == [f"{k} of 4 steps, R-hat 1.02" for k in range(4)]

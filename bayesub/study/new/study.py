@@ -6,6 +6,7 @@ import numpy as np
 
 from bayesub.io import templates
 from bayesub.io.errors import InputError
+from bayesub.io.units import TURN
 from bayesub.kernels import workspace
 from bayesub.logs import log_files
 from bayesub.model.actuator import with_water
@@ -22,14 +23,20 @@ FEW, MANY_STARTS = 40, 5  # up to so many coefficients so many searches, which t
 STILL = 1e-9  # rad, and of the largest force: round-off in a control or a force that actuators do not move
 _ACROSS = {"Y": "horizontal", "N": "horizontal", "Z": "vertical", "M": "vertical", "K": None}  # planes of forces
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
+_ROUND_OFF = 1e-9  # of the range of a column
+_VARIES = 3.0  # times as large as the finest is the step of a column that is written with so many digits, not decimals
+_MANY = 5000  # readings up to which all are taken
 _OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
 
 _SENSOR = """
 [[sensors]]
 kind = "sensor"
 column = "{column}"
-sd = {sd:<24} # CHANGE: guessed from its scatter; the data sheet knows
 """
+_NOISE = "sd = {:<24.2g} # CHANGE: {}; the data sheet knows\n"
+_RESOLUTION = "resolution = {:<16.4g} # the step of the file; a reading is an interval (page noise-and-rounding)\n"
+_INTERVAL = """interval_s = {:<16.2g} # one of {:,} readings in a tenth of a ship length travelled, between which the
+                              # boat hardly moves and errors are rarely independent; all take {:.0f} times as long"""
 _TRACK = """
 [[sensors]]                   # "track", "pressure", "compass", "ins", "dvl", "adcp", "sensor", or a preset
 kind = "track"
@@ -90,6 +97,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
     if rest := [f'"{log_files.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
         source.append(f"ignore = [{', '.join(rest)}]")
+    source += _thinned(boat, log, of_use)
     nuisance = _IN_CURRENT if _OVER_GROUND & set(of_use) else _NUISANCE
     if nuisance is _IN_CURRENT and "psi" in changing:
         read = any(QUANTITIES[key].heading for key in of_use)
@@ -106,9 +114,7 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         vehicle,
         what=f"the log {data.name}",
         source="\n".join(source),
-        sensors="".join(
-            _SENSOR.format(column=log_files.HEADERS[key], sd=f"{_scatter(key, log, data):.2g}") for key in of_use
-        ),
+        sensors="".join(_SENSOR.format(column=log_files.HEADERS[key]) + _noise(key, log, data) for key in of_use),
         column=log_files.HEADERS[of_use[0]],
         free=plane,
         centre='centre = "vehicle"',
@@ -162,19 +168,39 @@ def _text(name, path, vehicle, **parts) -> str:
     )
 
 
-def _scatter(key, log, data) -> float:
-    """Standard deviation of the noise of a column, in its unit.
+def _thinned(boat: Vehicle, log: dict[str, np.ndarray], of_use: list[str]) -> list[str]:
+    """The line that thins the readings of a log, if the boat hardly moves between them; or none."""
+    times = [log["time"][np.isfinite(log[key])] for key in of_use]
+    n, tenth = sum(map(len, times)), 0.1 * boat.length_m / boat.speed_mps
+    kept = sum(min(len(one), np.ptp(one) / tenth) for one in times)
+    return [_INTERVAL.format(tenth, n, n / kept)] if n > max(_MANY, 2.0 * kept) else []
 
-    Of a smooth signal with independent noise the median second difference, over the root of six, says what it is; it
-    is at least half the smallest step.
+
+def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> str:
+    """The lines of the noise of a column and of its rounding, in its unit.
+
+    Of a smooth signal with independent noise the median second difference, over the root of six, is its sd. Where most
+    readings repeat the one before, the others differ by a rounding step: one for all, or, in a file with so many
+    digits, one that grows with the value. The sd of an error of rounding is the step over the root of twelve.
     """
     header = log_files.HEADERS[key]
-    readings = log[key][np.isfinite(log[key])]
+    present = np.isfinite(log[key])
+    readings, times = log[key][present] / log_files.si_factor(header), log["time"][present]
     if QUANTITIES[key].heading:
-        readings = np.unwrap(readings)
+        readings = np.unwrap(readings, period=TURN / log_files.si_factor(header))
     steps = np.abs(np.diff(readings))
-    if not steps.any():
+    changes = steps > _ROUND_OFF * np.ptp(readings)
+    if not changes.any():
         text = f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log"
         raise InputError(text, "data", header)
-    scatter = np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0))
-    return float(max(scatter, 0.5 * steps[steps > 0.0].min())) / log_files.si_factor(header)
+    apart = np.diff(np.sort(readings))
+    finest = float(apart[apart > _ROUND_OFF * np.ptp(readings)].min())
+    scatter = float(np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0)))
+    if np.mean(changes) < 0.5:
+        held = np.diff(times[1:][changes], prepend=times[0])
+        step = float(np.sqrt(np.average(steps[changes] ** 2, weights=held)))
+        if step > _VARIES * finest:
+            return _NOISE.format(step / np.sqrt(12.0), f"so many digits, in steps of up to {steps.max():.2g}")
+    if scatter < finest:
+        return _NOISE.format(finest / np.sqrt(12.0), "hidden by the rounding") + _RESOLUTION.format(finest)
+    return _NOISE.format(scatter, "guessed from its scatter")

@@ -140,9 +140,11 @@ def _flights(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
         with error_source(label):
             for name, fitted, _ in study.each_trial() if check.data is not None else ():
                 logs = [section.data and file_digest(Path(study.path(section.data))) for section in (check, fitted)]
-                if logs[0] == logs[1]:
+                begins, ends = zip(*(section.window_s or (-np.inf, np.inf) for section in (check, fitted)), strict=True)
+                if logs[0] == logs[1] and max(begins) < min(ends):
                     where = f"is fitted in trial '{name}'" if name else "is fitted by this study"
                     text = f"{check.data} {where} and says nothing about prediction; give a log that is not fitted"
+                    text += ", or a window_s to both that does not overlap"
                     raise InputError(text, "conflict", "check.data")
             trial = check.build(vehicle, sensors, check.nuisances(study.nuisance), study.path)
         yield _Flight(check.name, label, check, sensors, trial)

@@ -55,6 +55,7 @@ class TrialKeys(Section):
     ignore : columns of a log that are not used
     prescribed : angles that the boat follows as a log has them, pitch or yaw
     window_s : first and last time of the part of a log that is used
+    interval_s : at most one reading of each channel of a log is used in this time
     trust_log : whether a log is fitted although its columns contradict each other
     """
 
@@ -66,13 +67,15 @@ class TrialKeys(Section):
     ignore: tuple[str, ...] | None = None
     prescribed: tuple[Literal["pitch", "yaw"], ...] | None = None
     window_s: tuple[float, float] | None = None
+    interval_s: Positive | None = None
     trust_log: bool | None = None
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     truth: TruthSection = TruthSection()
 
     SOURCES: ClassVar[tuple[str, ...]] = ("manoeuvre", "data")
     OF_DATA: ClassVar = (
-        "subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s", "trust_log",
+        "subproblem", "clock_offset_s", "max_control_gap_s", "ignore", "prescribed", "window_s", "interval_s",
+        "trust_log",
     )  # fmt: skip
 
     @pydantic.model_validator(mode="after")
@@ -125,7 +128,7 @@ class TrialKeys(Section):
         ahead = self.clock_offset_s or 0.0
         built = [sensor for section in sections for sensor in section.build()]
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
-        return read_trial(
+        trial = read_trial(
             path(self.data),
             vehicle,
             [replace(sensor, clock_offset_s=sensor.clock_offset_s + ahead) for sensor in built],
@@ -137,6 +140,7 @@ class TrialKeys(Section):
             prescribed=self.prescribed or (),
             window_s=self.window_s,
         )
+        return trial if self.interval_s is None else replace(trial, record=trial.record.thinned(self.interval_s))
 
     def _unflown(self, vehicle, sections, nuisance, path) -> "Trial":
         from bayesub.model.manoeuvres import load_manoeuvre

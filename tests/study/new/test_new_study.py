@@ -8,6 +8,7 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.io import toml_files
+from bayesub.sensors import flat
 from bayesub.study.new import files
 from bayesub.study.new.study import of_log, simulated
 from bayesub.study.run.prepare import prepare
@@ -57,14 +58,53 @@ def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
     assert prepare(posed).vehicle.name == "auv690"
 
 
-def test_scatter_of_a_column_that_rounding_hides(tmp_path):
-    """Where half of the second differences are zero, half a step is guessed; a constant column is refused."""
-    log = tmp_path / "log.csv"
-    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,{k // 5}\n" for k in range(50)))
-    assert "sd = 0.5 " in of_log("a", tmp_path / "a.toml", "auv690", log)
-    log.write_text("time_s,rudder_deg,x_m\n" + "".join(f"{k},0,7\n" for k in range(50)))
+def sensors_of(path, **columns):
+    """The sensors that a new study proposes for columns (n,) of a log, written with ten digits, a row a second."""
+    columns = {"time_s": np.arange(len(columns["x_m"])), "rudder_deg": np.zeros(len(columns["x_m"]))} | columns
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path / "log.csv", rows, delimiter=",", comments="", fmt="%.10g", header=",".join(columns))
+    (path / "a.toml").write_text(of_log("a", path / "a.toml", "auv690", path / "log.csv"))
+    return {sensor.column: sensor for sensor in flat(s.build() for s in load_study(path / "a.toml").sensors)}
+
+
+def test_the_rounding_of_a_column_is_recognised(tmp_path):
+    """A step for all readings is a resolution, steps that grow with the value are noise; or neither in noise."""
+    times, rng = np.arange(600.0), np.random.default_rng(1)
+    track = 100.0 * (1.0 - np.cos(times / 200.0))
+    few_digits = [float(f"{value:.2g}") for value in track]
+    noisy = np.round(1.7 + rng.normal(0.0, 0.05, 600), 3)
+    heading = np.round(np.degrees(times / 90.0), 0) % 360.0  # which wraps
+    sensors = sensors_of(tmp_path, x_m=np.round(track, 0), y_m=few_digits, u_mps=noisy, heading_deg=heading)
+    for column in ("x_m", "heading_deg"):
+        assert sensors[column].resolution == pytest.approx(1.0)
+        assert sensors[column].sd == pytest.approx(1.0 / np.sqrt(12.0), rel=0.02)
+    assert sensors["y_m"].resolution == sensors["u_mps"].resolution == 0.0
+    error = np.sqrt(np.mean((few_digits - track) ** 2))
+    assert sensors["y_m"].sd == pytest.approx(error, rel=0.2)
+    assert sensors["u_mps"].sd == pytest.approx(0.05, rel=0.2)
     with refused("data", "x_m"):
-        of_log("a", tmp_path / "a.toml", "auv690", log)
+        sensors_of(tmp_path, x_m=np.full(50, 7.0))
+
+
+def test_a_log_that_is_denser_than_its_boat_moves_is_thinned(tmp_path):
+    """Of 100 Hz one reading in a tenth of a ship length is proposed, and used; of 1 Hz, or of a short log, all."""
+    boat = bs.load_vehicle("auv690")
+    tenth = 0.1 * boat.length_m / boat.speed_mps
+    for step, n, thinned in ((0.01, 6001, True), (0.01, 2001, False), (1.0, 201, False)):
+        times = step * np.arange(n)
+        rows = np.column_stack([times, np.sin(times), 1.75 * times])
+        names = "time_s,rudder_deg,x_m"
+        np.savetxt(tmp_path / "log.csv", rows, delimiter=",", comments="", fmt="%.9g", header=names)
+        path = tmp_path / "a.toml"
+        path.write_text(of_log("a", path, "auv690", tmp_path / "log.csv"))
+        study = load_study(path)
+        assert (study.interval_s is not None) == thinned
+        if thinned:
+            assert study.interval_s == pytest.approx(tenth, rel=0.05)
+            (channel,) = study.build(
+                boat, study.sensors, {"yaw0_deg": study.nuisance["yaw0_deg"]}, study.path
+            ).record.channels
+            assert np.diff(channel.times) == pytest.approx(study.interval_s, abs=step)
 
 
 def test_a_vertical_log_needs_neither_heading_nor_cross_current(tmp_path):

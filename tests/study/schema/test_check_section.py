@@ -118,6 +118,17 @@ def test_the_warm_up_is_some_ship_lengths_with_some_readings(folder):
     assert unseen.warm_up_s == pytest.approx(32.0, abs=2.0)  # of eight readings
 
 
+def test_parts_of_one_log_are_fitted_and_predicted(folder):
+    """Two windows of a log that do not overlap are two logs; those that do are refused."""
+    fitted = FITTED.replace('data = "log.csv"', 'data = "log.csv"\nwindow_s = [0.0, 60.0]')
+    check = CHECK.replace("other.csv", "log.csv")
+    (unseen,) = prepared(folder, f"{fitted}{check}window_s = [60.0, 110.0]\n").unseen
+    assert unseen.problem.duration == pytest.approx(48.0, abs=1.0)
+    for window in ("window_s = [50.0, 110.0]\n", ""):
+        with refusals.refused("conflict", "check.data"):
+            prepared(folder, fitted + check + window)
+
+
 def cut(folder, last):
     log = log_files.read_log(folder / "other.csv")
     log_files.write_log(folder / "other.csv", {key: values[log["time"] <= last] for key, values in log.items()})
