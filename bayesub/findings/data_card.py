@@ -105,8 +105,8 @@ def check(problem: AnyProblem, title: str) -> DataCard:
     positions, others = np.arange(problem.n_params), problem.others
     factor = correlation_factor(problem.prior, others)
     for trial, part, places in problem.each_trial(positions):
+        whitened = _whitened(problem, part, places)
         with np.errstate(over="ignore", invalid="ignore"):
-            whitened = _whitened(problem, part, places)
             size = np.sum(whitened**2)
         if not np.isfinite(size):
             raise InputError(
@@ -139,7 +139,8 @@ def _whitened(problem, trial, places, rows=None) -> np.ndarray:
     """Jacobian of a trial by all parameters (n_others,) in prior sds, forces integrated out; of some rows or all."""
     read = np.zeros(trial.n_rows, dtype=bool)
     read[slice(None) if rows is None else rows] = True
-    jacobian = marginal_jacobian(trial, problem.prior.mean[places], read)
+    with np.errstate(over="ignore", invalid="ignore"):
+        jacobian = marginal_jacobian(trial, problem.prior.mean[places], read)
     whitened = np.zeros((len(jacobian), len(problem.others)))
     whitened[:, np.searchsorted(problem.others, places[trial.others])] = jacobian
     return whitened * problem.prior.sd[problem.others]

@@ -7,13 +7,16 @@ analysis of identifiability by :class:`Identifiable`. All know its prior by :cla
 :mod:`bayesub.inference.sampling`, without units.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import Protocol, Self, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayesub.kernels.kalman import Innovations, Pieces
+if TYPE_CHECKING:
+    from bayesub.kernels.kalman import Innovations, Pieces
 
 SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
 

@@ -21,8 +21,8 @@ import numpy as np
 from numba import prange
 
 from bayesub.kernels.jit import inline, jit
+from bayesub.kernels.workspace import HATS
 
-HATS = 3  # forces of an axis that act in a piece
 _NUMBERS = 4_000_000  # of pieces of members that are in memory at once
 
 

@@ -5,6 +5,7 @@ This module imports nothing, so that what only names the parts of a vehicle need
 
 LANES = 8  # coefficient sets of a block
 N_STATES = 12
+HATS = 3  # forces of an axis that act between two knots: a piece of a motion ends up to a step late
 N_COLUMNS = 9  # of the state Jacobian: phi theta psi u v w p q r
 
 # The body vector: everything of a vehicle that is not a hydrodynamic coefficient. SI units.

@@ -8,7 +8,7 @@ import numpy as np
 
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
-from bayesub.kernels.kalman import HATS
+from bayesub.kernels.workspace import HATS
 from bayesub.logs import log_files
 from bayesub.model import prescribed
 from bayesub.model.control_histories import ControlHistories, StageChanges

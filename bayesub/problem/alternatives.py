@@ -14,7 +14,6 @@ import numpy as np
 from bayesub.logs import log_files
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import PLANES
-from bayesub.problem import innovations
 from bayesub.problem.base import Costs
 from bayesub.problem.distributions import WHITE
 from bayesub.problem.disturbances import Disturbances, UnknownDisturbance
@@ -201,6 +200,8 @@ class _Trial:
 
     def factor(self, time: float) -> np.ndarray:
         """(n_knots, n_knots) of the covariance of forces of unit sd."""
+        from bayesub.problem import innovations  # loads the compiler
+
         knots = self.disturbances.knots
         return innovations.factor(self.disturbances.unknown.kind, knots.interval, len(knots.times), time)
 

@@ -11,6 +11,8 @@ the sd and the correlation time are, and independent. Where the readings say not
 w is the prior.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,7 +21,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.kernels.kalman import Innovations, Pieces
 from bayesub.model.disturbance import (
     CURRENTS,
     DISTURBED,
@@ -31,10 +32,10 @@ from bayesub.model.disturbance import (
     check_kind,
 )
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem import innovations
 from bayesub.problem.distributions import WHITE, Prior
 
 if TYPE_CHECKING:
+    from bayesub.kernels.kalman import Innovations, Pieces
     from bayesub.problem.trial_problem import TrialProblem
 
 CORRELATION_TIME = "correlation_time_disturbance_s"
@@ -201,7 +202,7 @@ class Disturbances:
             for name, prior in self.processes.items()
         }
 
-    def with_wide_process(self) -> "Disturbances":
+    def with_wide_process(self) -> Disturbances:
         """The same histories, of a process that is known to be the :attr:`wide_process`."""
         wide = self.wide_process
         sds = {axis: wide.get(f"{_SD}{axis}", sd) for axis, sd in self.unknown.sds.items()}
@@ -234,6 +235,9 @@ class Disturbances:
 
     def innovations(self, values: np.ndarray) -> Innovations:
         """The forces in innovations form, N, N m and m/s, of values (n_batch, n) that begin as its own."""
+        from bayesub.kernels.kalman import Innovations  # loads the compiler
+        from bayesub.problem import innovations
+
         sds, times = self.process(values)
         n_knots, n_lags = len(self.knots.times), max(innovations.lags(kind) for *_, kind in self.unknown.groups)
         last, gains = np.empty((*sds.shape, n_lags)), np.empty((*sds.shape, n_knots, n_lags))
@@ -296,7 +300,7 @@ class History:
     rows: slice
     columns: np.ndarray
     process: np.ndarray
-    trial: "TrialProblem"
+    trial: TrialProblem
     places: np.ndarray
 
     @property
@@ -318,6 +322,8 @@ class History:
 
         A residual may depend on two successive readings of its channel. The one before is part of the state then.
         """
+        from bayesub.kernels.kalman import Pieces  # loads the compiler
+
         trial = self.trial
         sets, values = trial.arguments(parameters[None, self.places])
         ends, by_reading, numbers = trial.forward.pieces(sets, values)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.kernels.kalman import HATS
+from bayesub.kernels.workspace import HATS
 from bayesub.logs import log_files
 from bayesub.model.dense_output import DenseOutput
 from bayesub.model.disturbance import CURRENTS as WATER

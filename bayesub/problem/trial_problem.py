@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.kernels.kalman import respond
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.trajectory import Trajectory
 from bayesub.problem.base import Costs, PosteriorDensity, coefficient_names, of_readings
@@ -259,6 +258,8 @@ class TrialProblem(FlownTrial):
         """
         if not self.histories:
             return self.jacobian_of_others(parameters)
+        from bayesub.kernels.kalman import respond  # loads the compiler
+
         (history,) = self.histories
         jacobian = np.zeros((self.n_rows, self.n_params))
         jacobian[:, self.others] = self.jacobian_of_others(parameters)
@@ -289,6 +290,8 @@ class TrialProblem(FlownTrial):
         (history,) = self.histories
         if not len(history.process):
             return jacobian
+        from bayesub.kernels.kalman import respond  # loads the compiler
+
         own = parameters[np.concatenate([history.process, history.columns])][None]
         by_process = respond(history.response(parameters), history.disturbances.slopes(own)).T
         return np.insert(jacobian, [history.process[0]] * len(history.process), by_process, axis=1)
