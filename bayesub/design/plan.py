@@ -164,10 +164,7 @@ class Plan:
     def stages(self, budget: Budget, progress: Progress = SILENT) -> Iterator[tuple[str, dict[str, Found]]]:
         """The searches by kind, when a first family has found something within the limits, and at the end.
 
-        Raises
-        ------
-        InputError
-            If no family finds anything within the limits.
+        InputError if no family finds anything within the limits.
         """
         answers: dict[str, Found] = {}
         faults = []

@@ -64,18 +64,9 @@ class TankValue:
 
 
 def unlocking(information: Information, relative_sd: float, n: int, *, share: float = 0.1) -> list[TankValue]:
-    """The values that unlock most, greedily: each is the one with the largest gain after those before it.
+    """The `n` values that unlock most, greedily: each is the one with the largest gain after those before it.
 
-    Parameters
-    ----------
-    information : Information
-        Of a trial.
-    relative_sd : float
-        Of every value.
-    n : int
-        Number of values, as far as there are coefficients.
-    share : float
-        Of a value, to which a coefficient counts as known.
+    They are measured to a relative sd; a coefficient counts as known to a share of its value.
     """
     left, values = list(range(len(information.names))), []
     while left and len(values) < n:

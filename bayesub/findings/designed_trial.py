@@ -131,9 +131,7 @@ class DesignedTrial:
     def sensors(self) -> dict[str, Information]:
         """What is changed -> what is known: without each channel, and with each further instrument."""
         without = [worth.by_sensor(self.judge, manoeuvre) for manoeuvre in self.manoeuvres]
-        worths = (
-            {f"without {c}": _total(of[c] for of in without) for c in without[0]} if len(without[0]) > 1 else {}
-        )
+        worths = {f"without {c}": _total(of[c] for of in without) for c in without[0]} if len(without[0]) > 1 else {}
         moving = MOVING.get(self.judge.vehicle.equations.subproblem(self.judge.subproblem), STATES)
         extra = {
             f"with {name}": [sensor for sensor in flat([instrument]) if QUANTITIES[sensor.quantity].changes(moving)]

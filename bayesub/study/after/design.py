@@ -297,12 +297,8 @@ def design(
     for bit, and with more minutes a finished one goes on; with `force` what is in the folder is replaced. The executor
     is of the judgements, by default processes of this machine.
 
-    Raises
-    ------
-    InputError
-        For inputs that do not fit, before a folder is made, and for a folder that is not free.
-    RunInterrupted
-        For Ctrl-C during the search; a KeyboardInterrupt.
+    InputError for inputs that do not fit, before a folder is made, and for a folder that is not free; RunInterrupted
+    for Ctrl-C during the search.
     """
     began = time.perf_counter()
     question, asked = pose(request), request.config()

@@ -144,10 +144,7 @@ def redraw(
     Of the run of a script `study` is the script to draw with; its own is taken where it is unchanged and `run_code` is
     given. Else no code runs that lies in the folder or that it names. The result has the seconds of the run.
 
-    Raises
-    ------
-    InputError
-        For a folder that lacks something, which it names, and for a file that has changed since the run.
+    InputError for a folder that lacks something, which it names, and for a file that has changed since the run.
     """
     folder = Path(folder)
     config = config_of_study(folder, "bayesub {} writes its page again")

@@ -109,10 +109,7 @@ def predict_by_run(
     The folder gets ``prediction.html``, ``numbers.json``, ``states.csv`` with the bands of the states, figures (as PDF
     too with `pdf`), and of a log ``readings.csv`` with those of the readings. With `force` what is there is replaced.
 
-    Raises
-    ------
-    InputError
-        For inputs that do not fit, before a folder is made, and for a folder that is not free.
+    InputError for inputs that do not fit, before a folder is made, and for a folder that is not free.
     """
     progress.stage("read the run")
     run = finished_run(request.run)

@@ -71,18 +71,11 @@ class DesignFile(Section):
     def judge(
         self, vehicle: Vehicle, family: Family, typical: Manoeuvre, source: Path | None, free: tuple[str, ...] = ()
     ) -> Judge:
-        """The judge of manoeuvres of a vehicle.
+        """The judge of manoeuvres of a vehicle; InputErrors begin with the file.
 
-        Parameters
-        ----------
-        family : of the trial, for its sub-problem and duration
-        typical : of which shares of the forces of the hull are taken, and the integration step
-        source : the file, from whose folder it names others
-        free : the coefficients to infer, if the file does not say
-
-        Raises
-        ------
-        InputError : begins with the file
+        `family`: of the trial, for its sub-problem and duration; `typical`: of which shares of the forces of the hull
+        are taken, and the integration step; `source`: the file, from whose folder it names others; `free`: the
+        coefficients to infer, if the file does not say.
         """
         with error_source("" if source is None else str(source)):
             folder = Path() if source is None else source.parent

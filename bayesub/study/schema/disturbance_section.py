@@ -232,10 +232,8 @@ def true_parameters(disturbance: Disturbance, vehicle: Vehicle) -> dict[str, flo
 def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: Container[str] = ()) -> str:
     """Sds and correlation time, such as ``sd X 1.2 N (1.5 % of the hull's), N about 0.5 N m, correlation time 4 s``.
 
-    Parameters
-    ----------
-    rms : (6,) forces of the hull, N and N m, of which the shares are given
-    inferred : axes, and names of correlation times, whose numbers are medians of priors
+    `rms` (6,): forces of the hull, N and N m, of which the shares are given; `inferred`: axes, and names of correlation
+    times, whose numbers are medians of priors.
     """
     parts = []
     for axis, sd in zip(disturbance.axes, disturbance.sds, strict=True):

@@ -112,11 +112,8 @@ class PriorSection(Section):
     ) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
         """The prior of the coefficients, and the values of those that are fixed.
 
-        Parameters
-        ----------
-        centre : (n_terms,) where the spread is about
-        vehicle : its standard deviations are those of the kind "vehicle"
-        path : gives the path of a file that the study names
+        `centre` (n_terms,): where the spread is about; `vehicle`: its standard deviations are those of the kind
+        "vehicle"; `path`: gives the path of a file that the study names.
         """
         spread, of_vehicle, related = self._spread(centre, vehicle)
         names = vehicle.equations.names

@@ -59,15 +59,9 @@ class DerivedSection(Section):
     def build(self, vehicle: "Vehicle", path: Callable[[str], str], *, run_code: bool) -> "Quantity":
         """The quantity, whose function has been tried on the vehicle.
 
-        Parameters
-        ----------
-        path : where the file is, by its name in the study
-        run_code : whether the file may be run; if not it is parsed, and the function of the quantity gives nothing
-
-        Raises
-        ------
-        InputError : for a name that is taken, a function that is not there, and one that fails or returns something
-            else
+        `path`: where the file is, by its name in the study; `run_code`: whether the file may be run, if not it is
+        parsed, and the function of the quantity gives nothing. InputError for a name that is taken, a function that is
+        not there, and one that fails or returns something else.
         """
         from bayesub.model.boats import Boats  # they import numba, which a study file is read without
         from bayesub.model.quantities import QUANTITIES, Quantity
