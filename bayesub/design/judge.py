@@ -35,33 +35,19 @@ MIN_SHARPNESS = 0.05  # noise below this share of the resolution tells no more i
 
 @dataclass(frozen=True)
 class Judge:
-    """The expected information of any manoeuvre of a boat.
-
-    Attributes
-    ----------
-    free : tuple of str
-        Coefficients to infer; those that are zero, or have no part in the sub-problem, are left out.
-    prior : CoefficientPrior
-        Of one trial and the next; by default a normal one with a quarter of the value.
-    precision : (n, n) array or None
-        Prior precision of :attr:`names` in prior sds, where an earlier trial knows more.
-    draws : (n_draws, n_terms) array or None
-        Coefficient sets over which a criterion is averaged, by default the values of the vehicle alone.
-    step_s : float or None
-        Integration step; by default :meth:`accurate_step` of each manoeuvre, which takes several judgements.
-    """
+    """The expected information of any manoeuvre of a boat."""
 
     vehicle: Vehicle
     sensors: tuple[Sensor, ...]
-    free: tuple[str, ...] = ()
-    prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))
-    precision: np.ndarray | None = None
+    free: tuple[str, ...] = ()  # to infer; those that are zero, or have no part in the sub-problem, are left out
+    prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))  # of one trial and the next
+    precision: np.ndarray | None = None  # (n, n) of the prior, in its sds, where an earlier trial knows more
     nuisance: Mapping[str, Prior] = field(default_factory=dict)  # nuisance parameters of each trial, integrated out
     noise: Mapping[str, Noise] = field(default_factory=dict)  # as of :class:`bayesub.Problem`
     disturbance: UnknownDisturbance | None = None  # unmodelled forces, whose histories are integrated out
     subproblem: str | None = None
-    draws: np.ndarray | None = None
-    step_s: float | None = None
+    draws: np.ndarray | None = None  # (n_draws, n_terms) coefficient sets; by default the values of the vehicle alone
+    step_s: float | None = None  # of integration; by default that of :meth:`accurate_step`, which takes judgements
 
     @cached_property
     def names(self) -> tuple[str, ...]:

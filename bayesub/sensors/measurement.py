@@ -277,11 +277,8 @@ def observe(
     if trajectory.status[member] != "ok":
         raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")
     if len(current_mps) != 2 or not np.isfinite(current_mps).all():
-        raise InputError(
-            f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}",
-            "value",
-            "current_mps",
-        )
+        text = f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}"
+        raise InputError(text, "value", "current_mps")
     sensors, duration = flat(sensors), trajectory.times[-1]
     channels = unread(sensors, duration).channels
     times = [channel.times for channel in channels]

@@ -17,16 +17,10 @@ KINDS: dict[str, Callable[..., "Sensor | Iterable"]] = {}  # name in files -> wh
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is measured.
+    """What is measured."""
 
-    Attributes
-    ----------
-    state : short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`)
-    over_ground : whether the current is in it
-    """
-
-    state: str
-    over_ground: bool = False
+    state: str  # short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`)
+    over_ground: bool = False  # whether the current is in it
 
     @property
     def heading(self) -> bool:
@@ -114,12 +108,8 @@ class Sensor:
 
     def __post_init__(self):
         if self.column not in _VALID:
-            written = [HEADERS[quantity] for quantity in QUANTITIES]
-            raise InputError(
-                f"sensor: unknown quantity or unit '{self.column}'{nearest(self.column, written)}",
-                "unknown",
-                self.column,
-            )
+            near = nearest(self.column, [HEADERS[quantity] for quantity in QUANTITIES])
+            raise InputError(f"sensor: unknown quantity or unit '{self.column}'{near}", "unknown", self.column)
         for key in ("sd", "resolution"):
             if not (np.isfinite(getattr(self, key)) and getattr(self, key) >= 0):
                 raise self._refused(key, f"{key} must not be negative, found {getattr(self, key)}")

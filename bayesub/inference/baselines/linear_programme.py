@@ -61,11 +61,8 @@ def linear_programme(
     for weights, _ in constraints:
         axes = {form.axis for form in forms if weights.keys() & set(form.names)}
         if len(axes) != 1 or not weights.keys() <= set(names):
-            raise InputError(
-                f"constraint on {', '.join(weights)}: name coefficients of one axis that are not held",
-                "conflict",
-                "constraints",
-            )
+            text = f"constraint on {', '.join(weights)}: name coefficients of one axis that are not held"
+            raise InputError(text, "conflict", "constraints")
     values, costs, statuses = [], [], []
     for form in forms:
         solution, cost, status = _solve(form, bounds or {}, [c for c in constraints if c[0].keys() & set(form.names)])

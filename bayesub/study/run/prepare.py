@@ -33,14 +33,7 @@ from bayesub.study.sources import file_digest
 
 @dataclass(frozen=True)
 class Setup:
-    """A study made ready.
-
-    Attributes
-    ----------
-    pose : callable
-        Poses the problem of another trial of the boat, of a manoeuvre and a record: a Problem with its free
-        coefficients, its prior and its disturbance.
-    """
+    """A study made ready."""
 
     study: Study  # the study
     vehicle: Vehicle  # the boat of its file
@@ -48,6 +41,8 @@ class Setup:
     problem: Problem | JointProblem  # what the trials pose
     unseen: tuple[UnseenTrial, ...]  # logs that are not fitted, which the posterior is to predict
     quantities: tuple[Quantity, ...]  # of the study's own, that follow from the coefficients
+    # Poses the problem of another trial of the boat, of a manoeuvre and a record, with free coefficients, prior and
+    # disturbance of the study
     pose: Callable[..., Problem]
 
     def generator(self, stream: int, *members: int) -> np.random.Generator:
