@@ -23,7 +23,7 @@ from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors.measurement import unread
-from bayesub.sensors.record import Channel, Record
+from bayesub.sensors.record import Record
 from bayesub.sensors.sensor import Sensor
 
 _ACCURATE = 0.02  # relative change of an expected sd by half the step
@@ -79,7 +79,8 @@ class Judge:
 
     def problem(self, manoeuvre: Manoeuvre, step_s: float) -> Problem:
         """The inference problem of a trial that has not been flown; it has Jacobians, and no likelihood."""
-        record = Record(tuple(map(_as_normal, unread(self.sensors, manoeuvre.duration).channels)))
+        channels = unread(self.sensors, manoeuvre.duration).channels
+        record = Record(tuple(replace(c, sd=expected_sd(c.sd, c.resolution), resolution=0.0) for c in channels))
         manoeuvre = replace(manoeuvre, subproblem=self.subproblem)
         return Problem(
             self.vehicle, manoeuvre, record, free=self.names, prior=self.prior, nuisance=dict(self.nuisance), dt=step_s,
@@ -133,14 +134,11 @@ class Sensed:
         self.times, self.rows = self._problem.times, self._problem.rows
         problem = self._problem
         self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
-        self._jacobians = [self._jacobian(xi) for xi in judge.sets]
-
-    def _jacobian(self, xi):
-        """(n_rows, n_params) derivatives of the readings over their sds by parameters in prior sds."""
-        problem = self._problem
-        parameters = problem.prior.mean.copy()
-        parameters[: problem.n_coefficients] = xi[self.judge.columns[self._places]]
-        return problem.jacobian(parameters) * problem.prior.sd
+        self._jacobians = []  # (n_rows, n_params) derivatives of readings over their sds by parameters in prior sds
+        for xi in judge.sets:
+            parameters = problem.prior.mean.copy()
+            parameters[: problem.n_coefficients] = xi[judge.columns[self._places]]
+            self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
 
     def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
         """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""
@@ -161,12 +159,6 @@ class Sensed:
 def is_sound(gram: np.ndarray) -> bool:
     """Whether information (n, n), in prior sds, is not that of a flight out of control."""
     return bool(np.abs(gram).max() < LARGEST)
-
-
-def _as_normal(channel: Channel) -> Channel:
-    if not channel.resolution:
-        return channel
-    return replace(channel, sd=expected_sd(channel.sd, channel.resolution), resolution=0.0)
 
 
 def _without_readings(noise: Noise) -> Noise:

@@ -68,7 +68,8 @@ def unlocking(information: Information, relative_sd: float, n: int, *, share: fl
 
     They are measured to a relative sd; a coefficient counts as known to a share of its value.
     """
-    left, values = list(range(len(information.names))), []
+    left = list(range(len(information.names)))
+    values: list[TankValue] = []
     while left and len(values) < n:
         sds = relative_sd * np.abs(information.values) / information.prior_sd
         gains = {k: gain(information.covariance, k, sds[k]) for k in left}

@@ -40,9 +40,7 @@ def linear_programme(
 
     Parameters
     ----------
-    systems : from :func:`bayesub.model.linear_form.linear_systems`
-    guess : coefficient name -> value
-    held : names of coefficients that keep the value of the guess
+    systems, guess, held : as in :func:`bayesub.inference.baselines.linear_least_squares`
     bounds : coefficient name -> (low, high), either of them None for no bound
     constraints : pairs (weights, upper): the sum of weight * coefficient over the dictionary `weights`, which names
         coefficients of one axis, is at most `upper`

@@ -214,14 +214,9 @@ def _check(run: FinishedRun, columns: list[str], request: Request) -> tuple[Chec
     content = {key: value for key, value in keys.items() if value is not None}
     check = CheckSection(data=name, **content)
     nuisance = {} if like is run.study else CheckSection.nuisances(check, like.nuisance)
-    sections = tuple(map(_without_faults, sections))
+    usual = [{key: one.default for key, one in type(s).model_fields.items() if key in FAULTS} for s in sections]
+    sections = tuple(section.model_copy(update=good) for section, good in zip(sections, usual, strict=True))
     return check.model_copy(update={"sensors": sections, "nuisance": nuisance}), unread
-
-
-def _without_faults(section):
-    """The section of a sensor that reads a log."""
-    fields = type(section).model_fields
-    return section.model_copy(update={key: fields[key].default for key in FAULTS if key in fields})
 
 
 def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | None) -> UnseenTrial:

@@ -72,8 +72,11 @@ class _Flight:
         """The same, flown, with its problem; `rng` is of the noise of its readings."""
         with error_source(self.label):
             trial = self.trial
-            if not self.is_fitted:
-                trial = _with_own_unknowns(trial, self.section, vehicle, noise)
+            if not self.is_fitted:  # those unknowns of the study are left out whose channels and controls it lacks
+                with_noise = trial.record.channels, channel_noises(trial.record.channels, noise)
+                for name in filter(self.section.nuisance.__contains__, trial.nuisance):
+                    find(name, vehicle, trial.manoeuvre, *with_noise)
+                trial = replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, *with_noise))
             given = {"nuisance": trial.nuisance, "noise": noise}
             if dt is None:  # the longest that the sensors do not notice, whatever they are going to read
                 dt = pose(trial.manoeuvre, trial.record, **given).simulator.step
@@ -153,15 +156,6 @@ def _refuse_twins(logs: Sequence[_Flight]) -> None:
                 why = "which would count twice" if later.is_fitted else "which say nothing about prediction"
                 text += f", {why}; leave one of the two out, or give them a window_s each that does not overlap"
                 raise InputError(text, "conflict", "data")
-
-
-def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:
-    """The trial of a log without those unknowns of the study that are of channels and controls it does not have."""
-    channels = trial.record.channels
-    noises = channel_noises(channels, noise)
-    for name in filter(check.nuisance.__contains__, trial.nuisance):
-        find(name, vehicle, trial.manoeuvre, channels, noises)
-    return replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, channels, noises))
 
 
 def present(

@@ -4,7 +4,7 @@ import json
 import shutil
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -134,7 +134,9 @@ class TimedProgress:
 
     def __init__(self, folder: Path, progress: Progress):
         self.file, self.progress = folder / SECONDS, progress
-        self.before = _read_seconds(self.file)
+        self.before = 0.0
+        with suppress(OSError, ValueError, TypeError, KeyError):
+            self.before = float(json.loads(self.file.read_text(encoding="utf-8"))["seconds"])
         self.began = self.saved = time.perf_counter()
 
     @property
@@ -177,10 +179,3 @@ class RunContext:
     def formats(self) -> tuple[str, ...]:
         """Suffixes of figures."""
         return (".png", ".pdf") if self.pdf else (".png",)
-
-
-def _read_seconds(file: Path) -> float:
-    try:
-        return float(json.loads(file.read_text(encoding="utf-8"))["seconds"])
-    except (OSError, ValueError, TypeError, KeyError):
-        return 0.0

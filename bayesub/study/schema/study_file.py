@@ -23,7 +23,7 @@ from bayesub.study.provenance import copies, environment
 from bayesub.study.schema.disturbance_section import DisturbanceSection
 from bayesub.study.schema.prior_section import NoiseSection, PriorSection
 from bayesub.study.schema.sensor_section import ControlSection, SensorSection
-from bayesub.study.schema.trial_section import CheckSection, TrialKeys, TrialSection, check_names
+from bayesub.study.schema.trial_section import CheckSection, TrialKeys, TrialSection
 
 if TYPE_CHECKING:
     from bayesub.model.boats import Boats
@@ -210,7 +210,12 @@ class Study(TrialKeys):
             if trial.data is not None and self.prior.centre == "perturbed":
                 what = "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'"
                 raise InputError(f"{what}; leave it out, the centre is then the vehicle file", "conflict")
-        check_names([check.name for check, _ in self.each_check()], names)
+        checks = [check.name for check, _ in self.each_check()]
+        for name in checks:
+            if checks.count(name) > 1:
+                raise InputError(f"two checks are named '{name}'; give each its own name", "conflict")
+            if name in names:
+                raise InputError(f"a check and a trial are named '{name}'; give the check another name", "conflict")
         for check, sections in self.each_check():
             if not sections:
                 raise InputError(f"give at least one of [[sensors]] for check '{check.name}'", "missing")

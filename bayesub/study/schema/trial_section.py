@@ -1,7 +1,7 @@
 """Trials in study files: simulated and measured, or read from a log; and logs that the posterior is to predict."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -220,13 +220,3 @@ class CheckSection(TrialSection):
         if not len(unseen.own(fitted)):
             return unseen
         return UnseenTrial(self.name, problem, warm_up(problem, self.warm_up_s))
-
-
-def check_names(names: Iterable[str], trials: Iterable[str]) -> None:
-    """Raise ValueError for a name that two checks have, or a check and a trial."""
-    names, trials = list(names), list(trials)
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"two checks are named '{name}'; give each its own name", "conflict")
-        if name in trials:
-            raise InputError(f"a check and a trial are named '{name}'; give the check another name", "conflict")
