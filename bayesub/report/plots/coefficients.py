@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from bayesub.io.words import with_unit
@@ -112,7 +113,7 @@ def draw(
         beyond = [np.count_nonzero((some < low) | (some > high)) for some in values]
         for panel, rows in zip(panels, np.array_split(order, n_panels), strict=True):
             places = np.arange(len(rows))
-            _draw_intervals(panel, rows, quantiles, prior, reference)
+            intervals(panel, rows, quantiles, prior, reference)
             if wide is not None:
                 ends = np.sort(ratios([wide.quantiles(p) for p in PRIOR_EDGES], reference, prior)[:, rows], axis=0)
                 look = {"fc": "none", "ec": style.TRUTH, "lw": 0.5, "ls": "--", "label": "prior, scale unknown, 90 %"}
@@ -154,8 +155,8 @@ def _draw_found(panel, one, values, good, limits) -> None:
                 panel.plot(np.clip(values, low, high)[shown], y[shown], marker, **look)
 
 
-def _draw_intervals(axis, rows, quantiles, prior, reference) -> None:
-    """Prior band and posterior intervals, a row for each of the parameters at positions `rows` (n,).
+def intervals(axis: Axes, rows: np.ndarray, quantiles: np.ndarray, prior: Prior, reference: np.ndarray) -> None:
+    """Draw prior band and posterior intervals, a row for each of the parameters at positions `rows` (n,).
 
     `quantiles` (5, n_params): of the posterior, those of QUANTILES; `reference` (n_coefficients,): values that count as
     one.
