@@ -41,26 +41,10 @@ def complete(
 
     Pieces that fail do not stop the others, unless ten have failed and none has a result.
 
-    Parameters
-    ----------
-    work : callable
-        A function of one argument, which alone decides its result.
-    pieces : mapping
-        Name -> argument.
-    failures : Path
-        File for the tracebacks of pieces that failed.
-    unit : str
-        What a piece is, in the plural.
+    `work`: a function of one argument, which alone decides its result; `pieces`: name -> argument; `failures`: file for
+    the tracebacks of pieces that failed; `unit`: what a piece is, in the plural.
 
-    Returns
-    -------
-    dict
-        Name -> result, in the order of the pieces.
-
-    Raises
-    ------
-    InputError
-        If pieces have failed, with their names and causes.
+    Gives name -> result, in the order of the pieces; InputError if some have failed, with their names and causes.
     """
 
     def report(name: str) -> None:

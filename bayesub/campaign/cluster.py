@@ -110,14 +110,9 @@ def remote(work: bytes, code: Code, wanted: dict[str, str], argument: bytes) -> 
 def connect(text: str, code: Code, remark: Callable[[str], None]) -> Iterator[Executor]:
     """The executor that ``--dask`` names, as long as the block lasts; InputError if there is none.
 
-    Parameters
-    ----------
-    text : str
-        ``tcp://host:port``, ``tls://host:port``, ``local:N`` or the path of a YAML file (:func:`configured`).
-    code : callable
-        Gives the versions that a worker must have in common with this process.
-    remark : callable
-        Called with sentences for the user, of which the first is where the dashboard is.
+    `text`: ``tcp://host:port``, ``tls://host:port``, ``local:N`` or the path of a YAML file (:func:`configured`);
+    `code`: gives the versions that a worker must have in common with this process; `remark`: called with sentences for
+    the user, of which the first is where the dashboard is.
     """
     try:
         import dask.config

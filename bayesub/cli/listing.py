@@ -66,8 +66,7 @@ def _studies() -> dict[str, str]:
     """File -> question of the studies in the folder `studies`; of one that cannot be read, why not."""
     from bayesub.study.run import runs
 
-    folder = Path("studies")
-    return {str(path): _question(path) for path in runs.study_files(folder)}
+    return {str(path): _question(path) for path in runs.study_files(Path("studies"))}
 
 
 def _runs() -> dict[str, str]:

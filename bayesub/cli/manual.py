@@ -57,15 +57,12 @@ class Page:
 
 def pages() -> dict[str, Page]:
     """The pages by topic, kind after kind, each kind in alphabetical order."""
-    files = sorted(path for path in FOLDER.iterdir() if path.suffix in (".md", ".bib"))
-    read = [_page(path) for path in files]
+    read = []
+    for path in sorted(path for path in FOLDER.iterdir() if path.suffix in (".md", ".bib")):
+        with path.open(encoding="utf-8") as file:
+            ((kind, summary),) = _HEAD.findall(file.readline())
+        read.append(Page(path.stem, kind, summary, path))
     return {page.topic: page for kind in KINDS for page in read if page.kind == kind}
-
-
-def _page(path: Path) -> Page:
-    with path.open(encoding="utf-8") as file:
-        ((kind, summary),) = _HEAD.findall(file.readline())
-    return Page(path.stem, kind, summary, path)
 
 
 def _topics(_ctx, _param, incomplete: str) -> list[str]:

@@ -55,7 +55,9 @@ def write(site: Path, pages: Mapping[str, Page], reports: Path | None) -> int:
         _show_reports(docs / REPORTS, found)
         _show_home(docs)
         built = _lay_out(docs, pages)
-        written = [_draw_formulas(file) for file in built.rglob("*.html")]
+        written = list(built.rglob("*.html"))
+        for page in written:
+            page.write_text(FORMULA.sub(_drawn, page.read_text(encoding="utf-8")), encoding="utf-8")
         with writing(site):
             shutil.rmtree(site, ignore_errors=True)
             shutil.copytree(built, site)
@@ -122,14 +124,8 @@ def _lay_out(docs: Path, pages: Mapping[str, Page]) -> Path:
     return docs.parent / "site"
 
 
-def _draw_formulas(page: Path) -> Path:
-    """Write the LaTeX of a page as MathML."""
-    text = page.read_text(encoding="utf-8")
-    page.write_text(FORMULA.sub(_drawn, text), encoding="utf-8")
-    return page
-
-
 def _drawn(formula: re.Match[str]) -> str:
+    """LaTeX of a page as MathML."""
     from latex2mathml import converter
 
     drawn = converter.convert(html.unescape(formula[2]), display="block" if formula[1] == "div" else "inline")

@@ -23,7 +23,7 @@ from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors.measurement import unread
-from bayesub.sensors.record import Channel, Record
+from bayesub.sensors.record import Record
 from bayesub.sensors.sensor import Sensor
 
 _ACCURATE = 0.02  # relative change of an expected sd by half the step
@@ -35,33 +35,19 @@ MIN_SHARPNESS = 0.05  # noise below this share of the resolution tells no more i
 
 @dataclass(frozen=True)
 class Judge:
-    """The expected information of any manoeuvre of a boat.
-
-    Attributes
-    ----------
-    free : tuple of str
-        Coefficients to infer; those that are zero, or have no part in the sub-problem, are left out.
-    prior : CoefficientPrior
-        Of one trial and the next; by default a normal one with a quarter of the value.
-    precision : (n, n) array or None
-        Prior precision of :attr:`names` in prior sds, where an earlier trial knows more.
-    draws : (n_draws, n_terms) array or None
-        Coefficient sets over which a criterion is averaged, by default the values of the vehicle alone.
-    step_s : float or None
-        Integration step; by default :meth:`accurate_step` of each manoeuvre, which takes several judgements.
-    """
+    """The expected information of any manoeuvre of a boat."""
 
     vehicle: Vehicle
     sensors: tuple[Sensor, ...]
-    free: tuple[str, ...] = ()
-    prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))
-    precision: np.ndarray | None = None
+    free: tuple[str, ...] = ()  # to infer; those that are zero, or have no part in the sub-problem, are left out
+    prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))  # of one trial and the next
+    precision: np.ndarray | None = None  # (n, n) of the prior, in its sds, where an earlier trial knows more
     nuisance: Mapping[str, Prior] = field(default_factory=dict)  # nuisance parameters of each trial, integrated out
     noise: Mapping[str, Noise] = field(default_factory=dict)  # as of :class:`bayesub.Problem`
     disturbance: UnknownDisturbance | None = None  # unmodelled forces, whose histories are integrated out
     subproblem: str | None = None
-    draws: np.ndarray | None = None
-    step_s: float | None = None
+    draws: np.ndarray | None = None  # (n_draws, n_terms) coefficient sets; by default the values of the vehicle alone
+    step_s: float | None = None  # of integration; by default that of :meth:`accurate_step`, which takes judgements
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -93,7 +79,8 @@ class Judge:
 
     def problem(self, manoeuvre: Manoeuvre, step_s: float) -> Problem:
         """The inference problem of a trial that has not been flown; it has Jacobians, and no likelihood."""
-        record = Record(tuple(map(_as_normal, unread(self.sensors, manoeuvre.duration).channels)))
+        channels = unread(self.sensors, manoeuvre.duration).channels
+        record = Record(tuple(replace(c, sd=expected_sd(c.sd, c.resolution), resolution=0.0) for c in channels))
         manoeuvre = replace(manoeuvre, subproblem=self.subproblem)
         return Problem(
             self.vehicle, manoeuvre, record, free=self.names, prior=self.prior, nuisance=dict(self.nuisance), dt=step_s,
@@ -147,14 +134,11 @@ class Sensed:
         self.times, self.rows = self._problem.times, self._problem.rows
         problem = self._problem
         self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
-        self._jacobians = [self._jacobian(xi) for xi in judge.sets]
-
-    def _jacobian(self, xi):
-        """(n_rows, n_params) derivatives of the readings over their sds by parameters in prior sds."""
-        problem = self._problem
-        parameters = problem.prior.mean.copy()
-        parameters[: problem.n_coefficients] = xi[self.judge.columns[self._places]]
-        return problem.jacobian(parameters) * problem.prior.sd
+        self._jacobians = []  # (n_rows, n_params) derivatives of readings over their sds by parameters in prior sds
+        for xi in judge.sets:
+            parameters = problem.prior.mean.copy()
+            parameters[: problem.n_coefficients] = xi[judge.columns[self._places]]
+            self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
 
     def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
         """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""
@@ -175,12 +159,6 @@ class Sensed:
 def is_sound(gram: np.ndarray) -> bool:
     """Whether information (n, n), in prior sds, is not that of a flight out of control."""
     return bool(np.abs(gram).max() < LARGEST)
-
-
-def _as_normal(channel: Channel) -> Channel:
-    if not channel.resolution:
-        return channel
-    return replace(channel, sd=expected_sd(channel.sd, channel.resolution), resolution=0.0)
 
 
 def _without_readings(noise: Noise) -> Noise:

@@ -31,40 +31,24 @@ class Limits(Section):
 
     Any other key is the column of a plane or actuator, such as ``rudder_deg``, with its largest value to either side,
     or the same with its rate, ``rudder_degps``; by default those of the vehicle.
-
-    Attributes
-    ----------
-    min_rpm_percent, max_rpm_percent : float
-        Of the propeller speed that self-propels; equal ones keep it.
-    rpm_percentps : float or None
-        Largest rate of change of the propeller speed, per cent of it a second; None if it may jump.
-    orders_an_hour : float or None
-        Orders to one control that a helmsman can follow; None for an autopilot, which follows any curve.
-    surface_m, bottom_m : float or None
-        Smallest depth of the highest point of the hull, and largest of the lowest.
-    pitch_deg, roll_deg : float or None
-    min_speed_mps, max_speed_mps : float or None
-        Surge velocity.
-    range_north_m, range_east_m : float or None
-        Size of the area.
     """
 
     model_config = pydantic.ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Positive]
 
     duration_s: Positive | None = None  # length of the trial; by default 44 ship lengths travelled
-    min_rpm_percent: Percent = 50.0
-    max_rpm_percent: Percent = 100.0
-    rpm_percentps: Positive | None = None
-    orders_an_hour: Positive | None = None
+    min_rpm_percent: Percent = 50.0  # of the propeller speed that self-propels
+    max_rpm_percent: Percent = 100.0  # the same as the smallest keeps it
+    rpm_percentps: Positive | None = None  # largest rate of change, per cent of it a second; None if it may jump
+    orders_an_hour: Positive | None = None  # to one control, by a helmsman; None for an autopilot: it follows any curve
     depth_change_m: Positive | None = None  # largest distance from the depth at the start
-    surface_m: float | None = None
-    bottom_m: float | None = None
+    surface_m: float | None = None  # smallest depth of the highest point of the hull
+    bottom_m: float | None = None  # largest depth of its lowest point
     pitch_deg: Positive | None = None
     roll_deg: Positive | None = None
-    min_speed_mps: float | None = None
+    min_speed_mps: float | None = None  # of surge
     max_speed_mps: Positive | None = None
-    range_north_m: Positive | None = None
+    range_north_m: Positive | None = None  # size of the area
     range_east_m: Positive | None = None
     share_of_draws: Share = 0.0  # share of the boats that the prior holds possible that must keep all limits too
 

@@ -76,22 +76,14 @@ def refuse_uninformed(judge: Judge, manoeuvres: Sequence[Manoeuvre], gradients: 
     Gradients (n,) of coefficients or quantities by the coefficients are given by name; none for criteria of all.
     """
     judged = [judge.information(manoeuvre)[0] for manoeuvre in manoeuvres]
-    channels = ", ".join(sensor.column for sensor in judge.sensors)
+    what = f"design: the sensors ({', '.join(sensor.column for sensor in judge.sensors)}) say nothing about"
     for name, gradient in gradients.items():
         if all(i.sd_of(gradient) > (1.0 - SAME) * i.prior_sd_of(gradient) for i in judged):
-            raise InputError(
-                f"design: the sensors ({channels}) say nothing about {name}: on none of {len(judged)} manoeuvres of "
-                "any size is it known better than before; give other sensors, or ask for something else",
-                "data",
-                name,
-            )
+            text = f"{what} {name}: on none of {len(judged)} manoeuvres of any size is it known better than before"
+            raise InputError(f"{text}; give other sensors, or ask for something else", "data", name)
     if not any(i.singular_values[0] > SAME for i in judged):
-        raise InputError(
-            f"design: the sensors ({channels}) say nothing about any coefficient on {len(judged)} manoeuvres of any "
-            "size; give other sensors",
-            "data",
-            "sensors",
-        )
+        text = f"{what} any coefficient on {len(judged)} manoeuvres of any size; give other sensors"
+        raise InputError(text, "data", "sensors")
 
 
 Budget = tuple[int, int]  # manoeuvres judged of each family before the first answer, and of all after it
@@ -164,10 +156,7 @@ class Plan:
     def stages(self, budget: Budget, progress: Progress = SILENT) -> Iterator[tuple[str, dict[str, Found]]]:
         """The searches by kind, when a first family has found something within the limits, and at the end.
 
-        Raises
-        ------
-        InputError
-            If no family finds anything within the limits.
+        InputError if no family finds anything within the limits.
         """
         answers: dict[str, Found] = {}
         faults = []

@@ -86,20 +86,10 @@ def search(
 ) -> Found:
     """Search for the least cost; InputError if no manoeuvre that was tried could be flown within the limits.
 
-    Parameters
-    ----------
-    rng : Generator
-        Of the start, and of the seed of the optimiser.
-    n_judgements : int
-        Manoeuvres to judge, rounded up to whole generations.
-    start : (n_dims,) array, optional
-        Which is judged too; by default the best of a generation's random ones.
-    sigma : float
-        How far the first generation spreads.
-    mapped : callable
-        As :func:`map`, possibly over processes.
-    saved : Path, optional
-        File of all costs so far, from which a search of the same seed continues.
+    `rng`: of the start, and of the seed of the optimiser; `n_judgements`: manoeuvres to judge, rounded up to whole
+    generations; `start` (n_dims,): which is judged too, by default the best of a generation's random ones; `sigma`: how
+    far the first generation spreads; `mapped`: as :func:`map`, possibly over processes; `saved`: file of all costs so
+    far, from which a search of the same seed continues.
     """
     seed = int(rng.integers(2**31))
     costs = _Costs(cost, mapped, saved)

@@ -5,7 +5,7 @@ towing tank with the variance s^2 changes the covariance C of the coefficients t
 column.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,29 +20,17 @@ from bayesub.sensors.sensor import Sensor, channel_name
 WIDEST = 1e6  # of a bracket about the sd that half of the gain takes, over the sd that the coefficient has
 
 
-@dataclass(frozen=True)
-class SensorWorth:
-    """The information of one channel of a trial."""
-
-    without: Information  # of all other channels
-    alone: Information  # of this channel only
-
-
 def by_minute(judge: Judge, manoeuvre: Manoeuvre, minutes: Iterable[float]) -> dict[float, Information]:
     """Minutes -> what the trial would have determined had it ended then."""
     sensed = _sensed(judge, manoeuvre)
     return {minute: sensed.information(sensed.times <= 60.0 * minute)[0] for minute in minutes}
 
 
-def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, SensorWorth]:
-    """Channel -> what the trial determines without it, and by it alone."""
+def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, Information]:
+    """Channel -> what the trial determines without it."""
     sensed = _sensed(judge, manoeuvre)
-    worth = {}
-    for channel, rows in sensed.rows.items():
-        mask = np.zeros(len(sensed.times), dtype=bool)
-        mask[rows] = True
-        worth[channel] = SensorWorth(*(sensed.information(readings)[0] for readings in (~mask, mask)))
-    return worth
+    places = np.arange(len(sensed.times))
+    return {c: sensed.information(~np.isin(places, places[rows]))[0] for c, rows in sensed.rows.items()}
 
 
 def further_sensors(
@@ -72,30 +60,15 @@ class TankValue:
     gain: float  # mean over the other coefficients of the logarithm of the sd before over the sd after
     information: Information  # of the trial, this value and those before it
     n_known: int  # coefficients known to the share that was asked for
-    mean_log_sd: float  # mean logarithm of all relative sds
     half_gain_sd: float  # relative sd of the value with which the gain is half of that of an exact one
 
 
-def unlocking(
-    information: Information, relative_sd: float, n: int, *, share: float = 0.1, candidates: Sequence[str] | None = None
-) -> list[TankValue]:
-    """The values that unlock most, greedily: each is the one with the largest gain after those before it.
+def unlocking(information: Information, relative_sd: float, n: int, *, share: float = 0.1) -> list[TankValue]:
+    """The `n` values that unlock most, greedily: each is the one with the largest gain after those before it.
 
-    Parameters
-    ----------
-    information : Information
-        Of a trial.
-    relative_sd : float
-        Of every value.
-    n : int
-        Number of values, as far as there are candidates.
-    share : float
-        Of a value, to which a coefficient counts as known.
-    candidates : sequence of str, optional
-        Coefficients that a towing tank can measure; by default all.
+    They are measured to a relative sd; a coefficient counts as known to a share of its value.
     """
-    names = information.names
-    left = [k for k, name in enumerate(names) if candidates is None or name in candidates]
+    left = list(range(len(information.names)))
     values: list[TankValue] = []
     while left and len(values) < n:
         sds = relative_sd * np.abs(information.values) / information.prior_sd
@@ -103,8 +76,7 @@ def unlocking(
         k = max(gains, key=gains.__getitem__)
         half = _half_gain(information, k)
         information = information.with_known([k], relative_sd)
-        mean = float(np.mean(np.log(information.relative_sd)))
-        values.append(TankValue(names[k], gains[k], information, information.n_known(share), mean, half))
+        values.append(TankValue(information.names[k], gains[k], information, information.n_known(share), half))
         left.remove(k)
     return values
 

@@ -131,9 +131,7 @@ class DesignedTrial:
     def sensors(self) -> dict[str, Information]:
         """What is changed -> what is known: without each channel, and with each further instrument."""
         without = [worth.by_sensor(self.judge, manoeuvre) for manoeuvre in self.manoeuvres]
-        worths = (
-            {f"without {c}": _total(of[c].without for of in without) for c in without[0]} if len(without[0]) > 1 else {}
-        )
+        worths = {f"without {c}": _total(of[c] for of in without) for c in without[0]} if len(without[0]) > 1 else {}
         moving = MOVING.get(self.judge.vehicle.equations.subproblem(self.judge.subproblem), STATES)
         extra = {
             f"with {name}": [sensor for sensor in flat([instrument]) if QUANTITIES[sensor.quantity].changes(moving)]
@@ -245,7 +243,19 @@ def numbers(design: DesignedTrial) -> dict:
         ],
         "coefficients": _coefficients(design),
         "orders": _orders(design),
-        "margins": [[_margin(margin) for margin in margins] for margins in design.margins],
+        "margins": [
+            [
+                {
+                    "limit": margin.key,
+                    "value": margin.limit,
+                    "reached": float(margin.reached[0]),
+                    "excess": float(margin.excess[0]),
+                    "share_of_boats_within": margin.share_within,
+                }
+                for margin in margins
+            ]
+            for margins in design.margins
+        ],
         "out_of_reach": [dict(vector) for vector in design.structural.vectors],
         "ranks": {axis: rank.summary() for axis, rank in design.unique.ranks.items()},
         "searches": {
@@ -291,16 +301,6 @@ def _coefficients(design) -> list[dict]:
         }
         for k, name in enumerate(after.names)
     ]
-
-
-def _margin(margin) -> dict:
-    return {
-        "limit": margin.key,
-        "value": margin.limit,
-        "reached": float(margin.reached[0]),
-        "excess": float(margin.excess[0]),
-        "share_of_boats_within": margin.share_within,
-    }
 
 
 def _finite(content):

@@ -16,17 +16,13 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
 
     `numbers`: the content of ``numbers.json`` with its sentences under "verdict".
 
-    Returns
-    -------
-    dict
-        "boat": rows ``name, label, unit, posterior, prior`` (5 and 95 % as words) of the headline quantities;
-        "stable": rows ``where, posterior, prior`` (probabilities from 0 to 1);
-        "known": rows ``name, percent`` of coefficients known to 5 %, best first; "best": the same of the best known;
-        "n_coefficients", "n_sharper", "n_untouched": numbers of them; "n_null", "n_faint": the combinations that leave
-        the motion exactly the same, and those that change it by less than any instrument sees; "not_unique": both in
-        words; "hold": coefficients which, held, make the rest unique; "pairs": rows ``pair,
-        correlation`` above 0.9, strongest first; "n_pairs": how many are above 0.7, at most those of "trade_offs";
-        "marks": rows ``topic, good, word, text``, the verdict taken apart.
+    Gives "boat": rows ``name, label, unit, posterior, prior`` (5 and 95 % as words) of the headline quantities;
+    "stable": rows ``where, posterior, prior`` (probabilities from 0 to 1); "known": rows ``name, percent`` of
+    coefficients known to 5 %, best first; "best": the same of the best known; "n_coefficients", "n_sharper",
+    "n_untouched": numbers of them; "n_null", "n_faint": the combinations that leave the motion exactly the same, and
+    those that change it by less than any instrument sees; "not_unique": both in words; "hold": coefficients which,
+    held, make the rest unique; "pairs": rows ``pair, correlation`` above 0.9, strongest first; "n_pairs": how many are
+    above 0.7, at most those of "trade_offs"; "marks": rows ``topic, good, word, text``, the verdict taken apart.
     """
     rows = numbers["parameters"]
     narrowed = [row for row in rows if row["contraction"] < UNTOUCHED]

@@ -114,8 +114,8 @@ def check(vehicle: Vehicle) -> VehicleCard:
     )
 
 
-def _formatted(value: float | None, form: str = "z.3g") -> str:
-    return "undefined" if value is None else format(value, form)
+def _formatted(value: float | None, form: str = "z.3g", factor: float = 1.0) -> str:
+    return "undefined" if value is None else format(factor * value, form)
 
 
 def _thrust_line(numbers):
@@ -135,8 +135,8 @@ def _straight_line(numbers):
         for name in ("roll", "pitch", "heading")
         if f"{name}_deg" in flight
     )
-    percent = None if flight["speed_ratio"] is None else 100.0 * flight["speed_ratio"]
-    return f"after {flight['lengths']:g} ship lengths {_formatted(percent, '.4g')} % of the speed, {angles}" + (
+    percent = _formatted(flight["speed_ratio"], ".4g", 100.0)
+    return f"after {flight['lengths']:g} ship lengths {percent} % of the speed, {angles}" + (
         f", {_formatted(flight[deeper], 'z.2f')} ship lengths deeper" if deeper in flight else ""
     )
 
@@ -159,10 +159,10 @@ def _turn_line(numbers):
         return "not flown to the end"
     if turn["diameter_lengths"] is None:
         return f"{turn['rudder_deg']:g} deg of rudder do not turn it"
-    percent = None if turn["speed_ratio"] is None else 100.0 * turn["speed_ratio"]
+    percent = _formatted(turn["speed_ratio"], factor=100.0)
     return (
         f"{turn['rudder_deg']:g} deg of rudder: diameter {_formatted(turn['diameter_lengths'])} ship lengths "
-        f"(tactical {_formatted(turn['tactical_diameter_lengths'])}), {_formatted(percent)} % of the speed, drift "
+        f"(tactical {_formatted(turn['tactical_diameter_lengths'])}), {percent} % of the speed, drift "
         f"{_formatted(turn['drift_angle_deg'])} deg; positive rudder turns {turn['positive_rudder_turns']}"
     )
 
@@ -189,11 +189,8 @@ def _mass_line(numbers):
 
 def _hydrostatics_line(numbers):
     balance = numbers["hydrostatics"]
-    ratio = balance["buoyancy_over_weight"]
-    percent = _formatted(None if ratio is None else 100.0 * ratio, ".5g")
-    return (
-        f"buoyancy {percent} % of the weight, centre of gravity {_formatted(balance['BG_m'])} m below that of buoyancy"
-    )
+    percent, below = _formatted(balance["buoyancy_over_weight"], ".5g", 100.0), _formatted(balance["BG_m"])
+    return f"buoyancy {percent} % of the weight, centre of gravity {below} m below that of buoyancy"
 
 
 def _actuator_line(column: str, parts: dict) -> str:

@@ -48,13 +48,13 @@ class Innovations(NamedTuple):
     def forces(self, white: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) forces of white coordinates of that shape."""
         result = np.empty(white.shape)
-        _colour(*self, np.ascontiguousarray(white), result, False)
+        _colour(*self, np.array(white, order="C"), result, False)
         return result
 
     def white(self, forces: np.ndarray) -> np.ndarray:
         """White coordinates (n_batch, n_axes, n_knots) of forces of that shape: the inverse of :meth:`forces`."""
         result = np.empty(forces.shape)
-        _colour(*self, result, np.ascontiguousarray(forces), True)
+        _colour(*self, result, np.array(forces, order="C"), True)
         return result
 
     def repeated(self, n: int) -> "Innovations":

@@ -108,23 +108,17 @@ def sheet(comparison: Comparison, **about) -> Sheet:
     parts += [_distances_table(comparison), *others]
     if others:
         parts.append(_predictions_table(comparison))
-    rows = [
-        [name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}", _if_others_known(one)]
-        for name, runs in numbers["parameters"].items()
-        for label, one in runs.items()
-    ]
+    rows = []
+    for name, label, one in ((name, *item) for name, of in numbers["parameters"].items() for item in of.items()):
+        sd = one["conditional_sd"]  # None of a run of an older version
+        known = "" if sd is None else cell(sd / one["prior_sd"], 2)
+        rows.append([name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}", known])
     heads = ["parameter", "run", "mean ± sd", "posterior / prior sd", "the same if all others were known"]
     parts.append(Table("Every parameter", heads, rows, ["run"]))
     title = " and ".join([", ".join(labels[:-1]), labels[-1]])
     question = "What do these posteriors say of the same coefficients, and of the same manoeuvre?"
     facts = {"Differences": "" if differences else "None between the studies and the code."}
     return Sheet(f"{title} compared", question, verdicts, facts, parts, **about)
-
-
-def _if_others_known(one: Mapping) -> str:
-    """Over the sd of the prior; empty for a run of an older version."""
-    sd = one["conditional_sd"]
-    return "" if sd is None else cell(sd / one["prior_sd"], 2)
 
 
 def _distances_table(comparison: Comparison) -> Table:

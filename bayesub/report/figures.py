@@ -105,14 +105,16 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
     equations, correlation = problem.equations, results.correlation
     names, prior = sample.names, results.prior_of_others
     sds = np.array([sample.sd, results.conditional_sd])[:, :n] / sample.prior_sd[:n]
+    gains = np.maximum(sds[0] / sds[1], 1.0)
+    largest = f"{names[np.argmax(gains)]} {cell(gains.max(), 2)} times"
     left_out = n - ladders.ROWS
     more = f" The {left_out} that gain least are left out." if left_out > 0 else ""
     yield ReportFigure(
         "ladder",
         "What each coefficient would be known to if all others were. The longer the bar, the more of what is not known "
         "of a coefficient is only its trade-off with all others together, of which pairs show a part: "
-        f"{_gains(names[:n], sds)}. Gain: posterior sd over that with all others known; R: multiple correlation with "
-        f"all others.{more}",
+        f"{cell(np.median(gains), 2)} times in the median, {largest}. Gain: posterior sd over that with all others "
+        f"known; R: multiple correlation with all others.{more}",
         partial(ladders.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
     )
     drawn: dict[str, Any] = {"posterior": sample, "prior": prior, "reference": reference[:n], "equations": equations}
@@ -169,12 +171,6 @@ def _directions(results, found) -> ReportFigure:
     )  # fmt: skip
 
 
-def _gains(names, sds) -> str:
-    """Median and largest gain."""
-    gains = np.maximum(sds[0] / sds[1], 1.0)
-    return f"{cell(np.median(gains), 2)} times in the median, {names[np.argmax(gains)]} {cell(gains.max(), 2)} times"
-
-
 def _found(results, baselines: list[dict]) -> list[Found]:
     """The solutions of the baselines, searches first; what one does not find is at its prior mean."""
     sample, found = results.summary, []
@@ -187,14 +183,10 @@ def _found(results, baselines: list[dict]) -> list[Found]:
         for k, name in enumerate(sample.names):
             if name in estimate.names:
                 values[:, k] = estimate.solutions[:, estimate.names.index(name)]
-        label = f"{_legend(estimate)}: {_how_many(fits)}"
+        method = estimate.method if estimate.method != "SQP" else f"SQP, {counted(len(values), 'start')}"
+        label = f"{method}: {_how_many(fits)}"
         found.append(Found(label, values, fits, inside & fits[:, None], marker, colour))
     return found
-
-
-def _legend(estimate) -> str:
-    starts = counted(len(estimate.solutions), "start")
-    return f"SQP, {starts}" if estimate.method == "SQP" else estimate.method
 
 
 def _how_many(fits: np.ndarray) -> str:
@@ -287,18 +279,17 @@ def fan_figure(
     lost = len(prior) - np.count_nonzero(flown)
     failed = f" {lost} of {len(prior)} draws of the prior do not complete the trial and are left out." if lost else ""
     tracks = [problem.motion(draws[:TRACKS]) for draws in (before[flown], after)]
-    record = problem.record
-    ends = np.cumsum([len(channel.times) for channel in record.channels]) - 1
+    channels = problem.record.channels
+    ends = np.cumsum([len(channel.times) for channel in channels]) - 1
     bands = (np.quantile(draws[:, ends], [0.05, 0.95], axis=0) for draws in (prior[flown], posterior))
     sizes = [0.5 * np.ptp(band, axis=0) for band in bands]
-    channels = zip(record.channels, *sizes, strict=True)
-    words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in channels]
+    words = [_shrinks(*track.axis_label(channel), *pair) for channel, *pair in zip(channels, *sizes, strict=True)]
     yield ReportFigure(
         f"fan_{name}" if name else "fan",
         f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
         f"{TRACKS} tracks each, and bands of every channel. The boat at the last reading, half of the 90 % band: "
         f"{', '.join(words)}.{failed}",
-        partial(prediction.draw_fan, channels=record.channels, prior=prior[flown], posterior=posterior, tracks=tracks),
+        partial(prediction.draw_fan, channels=channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
     if is_first:
         caption = f"Tracks before (grey) and after the trial{f' {name}' if name else ''} (blue)."

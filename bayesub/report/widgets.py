@@ -110,11 +110,7 @@ def _trials(results, *, synthetic: bool) -> Iterator[dict]:
     for name, problem, draws in results.problem.each_trial(results.draws):
         record, predicted = problem.record, problem.predicted(draws)
         readings, states = problem.truth() if synthetic else (None, None)
-        ends = np.cumsum([len(channel.times) for channel in record.channels])
-        channels = [
-            _channel(channel, predicted, readings, slice(end - len(channel.times), end), stride)
-            for channel, end in zip(record.channels, ends, strict=True)
-        ]
+        channels = [_channel(c, predicted, readings, problem.rows[c.name], stride) for c in record.channels]
         path = _path(record, problem.motion(draws[:TRACKS]), states)
         yield {"figure": f"track_{name}" if name else "track", "stride": stride, "channels": channels, "path": path}
 

@@ -12,16 +12,10 @@ _TINY = 1e-30  # imaginary step, of which the square vanishes beside one
 
 @dataclass(frozen=True)
 class Water:
-    """How the water moves over the ground, at the times of a motion.
+    """How the water moves over the ground, at the times of a motion."""
 
-    Attributes
-    ----------
-    velocity : (.., n_times, 2) to the north and to the east, m/s
-    displacement : (.., n_times, 2) since the start, m
-    """
-
-    velocity: np.ndarray
-    displacement: np.ndarray
+    velocity: np.ndarray  # (.., n_times, 2) to the north and to the east, m/s
+    displacement: np.ndarray  # (.., n_times, 2) since the start, m
 
     @classmethod
     def steady(cls, current_mps: np.ndarray, times: np.ndarray) -> "Water":

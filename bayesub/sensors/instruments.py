@@ -7,24 +7,20 @@ likelihood needs one.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import ClassVar
 
 import numpy as np
 
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive
-from bayesub.logs.log_files import HEADERS
+from bayesub.logs.log_files import ACCELERATIONS, HEADERS
 from bayesub.model.vehicles import GRAVITY_MPS2
 from bayesub.sensors.sensor import QUANTITIES, Sensor, channel_name, flat, register
 
 _COLUMNS = {channel_name(quantity): HEADERS[quantity] for quantity in QUANTITIES}
 
-# Channel names in files -> short names of the states.
-TRACK_CHANNELS = {"x": "x", "y": "y", "z": "z", "roll": "phi", "pitch": "theta", "yaw": "psi"}
-ATTITUDE = ("roll", "pitch", "yaw")
-RATES = ("p", "q", "r")
-LINEAR_ACCELERATIONS = ("udot", "vdot", "wdot")
-ANGULAR_ACCELERATIONS = ("pdot", "qdot", "rdot")
+ATTITUDE, RATES = ("roll", "pitch", "yaw"), ("p", "q", "r")
 
 
 class Instrument:
@@ -71,7 +67,7 @@ class Track(Instrument):
     attitude_sd_deg : standard deviation of roll, pitch, yaw
     """
 
-    CHANNELS = tuple(TRACK_CHANNELS)
+    CHANNELS = ("x", "y", "z", *ATTITUDE)
 
     position_sd_m: Positive
     attitude_sd_deg: Positive
@@ -85,15 +81,8 @@ class Track(Instrument):
                 raise InputError(f"sensor: {key} must be positive, found {value}", "value", key)
         super().__post_init__()
 
-    @property
-    def sd_m(self) -> float:
-        """Standard deviation of channels in m."""
-        return self.position_sd_m
-
-    @property
-    def sd_deg(self) -> float:
-        """Standard deviation of channels in deg."""
-        return self.attitude_sd_deg
+    sd_m = property(attrgetter("position_sd_m"), doc="Standard deviation of channels in m.")
+    sd_deg = property(attrgetter("attitude_sd_deg"), doc="Standard deviation of channels in deg.")
 
 
 register(Sensor)  # here, as messages name the kinds in this order
@@ -134,7 +123,7 @@ class INS(Instrument):
     attitude and rates are measured.
     """
 
-    CHANNELS = (*ATTITUDE, *RATES, *LINEAR_ACCELERATIONS, *ANGULAR_ACCELERATIONS)
+    CHANNELS = (*ATTITUDE, *RATES, *ACCELERATIONS)
 
     sd_deg: float = 0.0
     sd_degps: float = 0.0

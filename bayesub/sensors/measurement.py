@@ -127,11 +127,8 @@ class MeasurementModel:
     def of(self, outputs: np.ndarray, water: Water | None = None, arms: Arms = _KNOWN) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units.
 
-        Parameters
-        ----------
-        outputs : (n_batch, n_times, n_measured) the :attr:`measured` outputs in the water
-        water : of (n_batch, n_times, 2) or (n_times, 2) each; for a model with a current
-        arms : lever arms of the instruments that are moved
+        `outputs` (n_batch, n_times, n_measured): the :attr:`measured` ones in the water; `water`: of (n_batch, n_times,
+        2) or (n_times, 2) each, for a model with a current; `arms`: lever arms of the instruments that are moved.
         """
         readings = outputs.reshape(len(outputs), -1).take(self._position, axis=1)
         if water is not None:
@@ -164,11 +161,8 @@ class MeasurementModel:
         a boat went between two readings. Residuals of such headings are therefore those modulo one turn. A prediction
         within half a turn of its reading stays the same to the last bit.
 
-        Parameters
-        ----------
-        predicted : (n_batch, n_readings) what the sensors would read, bias included; not a number where there is no
-            prediction
-        readings : (n_readings,)
+        `predicted` (n_batch, n_readings): what the sensors would read, bias included, not a number where there is no
+        prediction; `readings` (n_readings,).
         """
         for part in self._wrapped:
             predicted[:, part] -= TURN * np.round((predicted[:, part] - readings[part]) / TURN)
@@ -182,10 +176,8 @@ class MeasurementModel:
     ) -> np.ndarray:
         """(n_readings, n_params) derivatives of the readings of one member.
 
-        Parameters
-        ----------
-        sensitivities : (n_times, n_measured, n_params) derivatives of the :attr:`measured` outputs
-        outputs : needed if there is a current or a lever arm
+        `sensitivities` (n_times, n_measured, n_params): derivatives of the :attr:`measured` outputs; the outputs
+        themselves are needed if there is a current or a lever arm.
         """
         slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
         if outputs is None:
@@ -231,10 +223,7 @@ class MeasurementModel:
     ) -> np.ndarray:
         """(n_readings,) derivatives of one member's readings by the time at which they are taken.
 
-        Parameters
-        ----------
-        rates : (n_times, n_measured) derivatives of the outputs by time
-        by_time : derivatives of it by time
+        `rates` (n_times, n_measured) and `by_time`: derivatives of the outputs and of the water by time.
         """
         slopes = self.slopes(rates[..., None], outputs, water, arms)[:, 0]
         if by_time is None:
@@ -244,17 +233,10 @@ class MeasurementModel:
     def current_slopes(
         self, outputs: np.ndarray, by_current: Water, water: Water | None = None, arms: Arms = _KNOWN
     ) -> np.ndarray:
-        """Derivatives of one member's readings by parameters of the current.
+        """(n_readings, 2, n) derivatives of one member's readings by n parameters of the current to the north and east.
 
-        Parameters
-        ----------
-        by_current : derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the
-            east
-        water : where it is, for speed and course over ground, which are not linear in it
-
-        Returns
-        -------
-        (n_readings, 2, n), for parameters of the current to the north, and of that to the east
+        `by_current`: derivatives (n_times, n) of the velocity and the displacement of the water, to the north or to the
+        east; `water`: where it is, for speed and course over ground, which are not linear in it.
         """
         slopes = np.zeros((self.n_readings, 2, by_current.velocity.shape[1]))
         for place, (parts,) in self._seen(outputs[None]):
@@ -296,11 +278,8 @@ def observe(
     if trajectory.status[member] != "ok":
         raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")
     if len(current_mps) != 2 or not np.isfinite(current_mps).all():
-        raise InputError(
-            f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}",
-            "value",
-            "current_mps",
-        )
+        text = f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}"
+        raise InputError(text, "value", "current_mps")
     sensors, duration = flat(sensors), trajectory.times[-1]
     channels = unread(sensors, duration).channels
     times = [channel.times for channel in channels]

@@ -121,14 +121,11 @@ class Record:
     def __post_init__(self):
         names = [channel.name for channel in self.channels]
         for channel in self.channels:
-            if names.count(channel.name) > 1:
-                raise InputError(
-                    f"record: two channels are named '{channel.name}'; leave one of them out", "conflict", channel.name
-                )
+            name = channel.name
+            if names.count(name) > 1:
+                raise InputError(f"record: two channels are named '{name}'; leave one of them out", "conflict", name)
             if not len(channel.times):
-                raise InputError(
-                    f"record: channel '{channel.name}' has no readings; leave it out", "data", channel.name
-                )
+                raise InputError(f"record: channel '{name}' has no readings; leave it out", "data", name)
         if not names:
             raise InputError("record: is empty; it needs at least one channel", "missing", "channels")
 
@@ -233,26 +230,16 @@ class Record:
         for quantity in log:
             if quantity in QUANTITIES and quantity not in by_quantity:
                 column = log_files.HEADERS[quantity]
-                raise InputError(
-                    f"{source}: column '{column}' has no sensor; add one for it or delete the column",
-                    "conflict",
-                    column,
-                )
+                text = f"{source}: column '{column}' has no sensor; add one for it or delete the column"
+                raise InputError(text, "conflict", column)
         channels = []
         for quantity, sensor in by_quantity.items():
+            what = f"{source}: column '{sensor.column}'"
             if quantity not in log:
-                raise InputError(
-                    f"{source}: column '{sensor.column}' is missing; add it or leave out its sensor",
-                    "missing",
-                    sensor.column,
-                )
+                raise InputError(f"{what} is missing; add it or leave out its sensor", "missing", sensor.column)
             present = np.isfinite(log[quantity])
             if not present.any():
-                raise InputError(
-                    f"{source}: column '{sensor.column}' has no readings; leave it and its sensor out",
-                    "data",
-                    sensor.column,
-                )
+                raise InputError(f"{what} has no readings; leave it and its sensor out", "data", sensor.column)
             values = log[quantity][present]
             channel = channel_of(sensor, log["time"][present] - sensor.clock_offset_s, values)
             if QUANTITIES[quantity].heading:

@@ -17,16 +17,10 @@ KINDS: dict[str, Callable[..., "Sensor | Iterable"]] = {}  # name in files -> wh
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is measured.
+    """What is measured."""
 
-    Attributes
-    ----------
-    state : short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`)
-    over_ground : whether the current is in it
-    """
-
-    state: str
-    over_ground: bool = False
+    state: str  # short name of a state, of a body acceleration, or of a velocity (:mod:`bayesub.sensors.velocity`)
+    over_ground: bool = False  # whether the current is in it
 
     @property
     def heading(self) -> bool:
@@ -114,52 +108,43 @@ class Sensor:
 
     def __post_init__(self):
         if self.column not in _VALID:
-            written = [HEADERS[quantity] for quantity in QUANTITIES]
-            raise InputError(
-                f"sensor: unknown quantity or unit '{self.column}'{nearest(self.column, written)}",
-                "unknown",
-                self.column,
-            )
+            near = nearest(self.column, [HEADERS[quantity] for quantity in QUANTITIES])
+            raise InputError(f"sensor: unknown quantity or unit '{self.column}'{near}", "unknown", self.column)
         for key in ("sd", "resolution"):
             if not (np.isfinite(getattr(self, key)) and getattr(self, key) >= 0):
-                raise self._refused(key, f"{key} must not be negative, found {getattr(self, key)}")
+                raise self._refused(key, f"must not be negative, found {getattr(self, key)}")
         if self.sd == 0 and self.resolution == 0:
-            raise self._refused("sd", "sd and resolution are both zero; give the noise sd, the rounding step or both")
+            raise self._refused("sd", "and resolution are both zero; give the noise sd, the rounding step or both")
         if not np.isfinite(self.bias):
-            raise self._refused("bias", f"bias must be finite, found {self.bias}")
+            raise self._refused("bias", f"must be finite, found {self.bias}")
         for key in ("dropout", "outlier_probability"):
             if not 0 <= getattr(self, key) < 1:
-                raise self._refused(key, f"{key} must lie between 0 and 1, 1 excluded, found {getattr(self, key)}")
+                raise self._refused(key, f"must lie between 0 and 1, 1 excluded, found {getattr(self, key)}")
         for key in ("interval_s", "outlier_scale"):
             if not (np.isfinite(getattr(self, key)) and getattr(self, key) > 0):
-                raise self._refused(key, f"{key} must be positive, found {getattr(self, key)}")
+                raise self._refused(key, f"must be positive, found {getattr(self, key)}")
         if self.outlier_probability and self.sd == 0:
-            raise self._refused("sd", "outliers are multiples of the noise; give an sd", "missing")
+            raise self._refused("sd", "are multiples of the noise; give an sd", "missing", about="outliers")
         if self.lever_arm_m is not None and not (len(self.lever_arm_m) == 3 and np.isfinite(self.lever_arm_m).all()):
-            raise self._refused(
-                "lever_arm_m", f"lever_arm_m must be three finite numbers, found {tuple(self.lever_arm_m)}"
-            )
+            raise self._refused("lever_arm_m", f"must be three finite numbers, found {tuple(self.lever_arm_m)}")
         if not np.isfinite(self.clock_offset_s):
-            raise self._refused("clock_offset_s", f"clock_offset_s must be finite, found {self.clock_offset_s}")
+            raise self._refused("clock_offset_s", f"must be finite, found {self.clock_offset_s}")
         if self.direction is not None:
             if self.quantity != "stw":
-                raise self._refused("direction", "direction is for speed_through_water_mps; leave it out", "conflict")
+                raise self._refused("direction", "is for speed_through_water_mps; leave it out", "conflict")
             if not (len(self.direction) == 3 and np.isfinite(self.direction).all() and any(self.direction)):
-                raise self._refused(
-                    "direction", f"direction must be three finite numbers, not all zero, found {self.direction}"
-                )
+                raise self._refused("direction", f"must be three finite numbers, not all zero, found {self.direction}")
         if self.instrument is not None and not re.fullmatch("[A-Za-z0-9_]+", self.instrument):
-            raise self._refused(
-                "instrument", f"instrument is a name of letters, digits and _, found '{self.instrument}'"
-            )
+            raise self._refused("instrument", f"is a name of letters, digits and _, found '{self.instrument}'")
         for gap in self.gaps:
             if not (len(gap) == 2 and gap[0] <= gap[1]):
-                raise self._refused("gaps", f"a gap must be a start and a later end in seconds, found {tuple(gap)}")
+                text = f"must be a start and a later end in seconds, found {tuple(gap)}"
+                raise self._refused("gaps", text, about="a gap")
         if self.times is not None and not (len(self.times) and np.all(np.diff(self.times) > 0)):
-            raise self._refused("times", "times must be at least one and ascend")
+            raise self._refused("times", "must be at least one and ascend")
 
-    def _refused(self, key: str, reason: str, kind: str = "value") -> InputError:
-        return InputError(f"sensor '{self.column}': {reason}", kind, key)
+    def _refused(self, key: str, reason: str, kind: str = "value", about: str = "") -> InputError:
+        return InputError(f"sensor '{self.column}': {about or key} {reason}", kind, key)
 
     @property
     def quantity(self) -> str:
@@ -175,17 +160,17 @@ class Sensor:
         """(n,) times of the readings in a trial of `duration`, both in s, missing ones included."""
         if self.times is None:
             if not duration / self.interval_s <= MAX_READINGS:
-                reason = f"interval_s {self.interval_s:g} gives more than {MAX_READINGS:,} readings"
+                reason = f"{self.interval_s:g} gives more than {MAX_READINGS:,} readings"
                 raise self._refused("interval_s", reason, "limit")
             times = self.interval_s * np.arange(1, int(duration / self.interval_s * (1 + 1e-12)) + 1)
             if not times.size:
-                reason = f"interval_s {self.interval_s:g} is longer than the manoeuvre, {duration:g} s"
-                raise self._refused("interval_s", reason)
+                raise self._refused("interval_s", f"{self.interval_s:g} is longer than the manoeuvre, {duration:g} s")
             return times
         times = np.array(self.times, dtype=float)
         outside = times[~((times >= 0) & (times <= duration * (1 + 1e-12)))]
         if outside.size:
-            raise self._refused("times", f"time {outside[0]:g} s is outside the manoeuvre, 0 to {duration:g} s")
+            reason = f"{outside[0]:g} s is outside the manoeuvre, 0 to {duration:g} s"
+            raise self._refused("times", reason, about="time")
         return times
 
     def read(
@@ -208,7 +193,8 @@ class Sensor:
         for start, end in self.gaps:
             present &= (times < start) | (times > end)
         if not present.any():
-            raise self._refused(self.column, "no reading is left; shorten the gaps or lower the dropout", "data")
+            reason = "is left; shorten the gaps or lower the dropout"
+            raise self._refused(self.column, reason, "data", about="no reading")
         return times[present], values[present]
 
 

@@ -35,10 +35,8 @@ _TINY = 1e-30  # imaginary step, of which the square vanishes beside one
 def displaced(state: str, lever_arm_m: ArrayLike, turning: np.ndarray) -> np.ndarray:
     """(..) what a lever arm adds to readings of a state or acceleration, m, m/s or m/s^2.
 
-    Parameters
-    ----------
-    lever_arm_m : (3,) or (.., 3) ahead, to starboard and down from the body origin
-    turning : (.., 3) the attitude, rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2
+    `lever_arm_m` (3,) or (.., 3): ahead, to starboard and down from the body origin; `turning` (.., 3): the attitude,
+    rates or angular accelerations that TURNING names, rad, rad/s or rad/s^2.
     """
     if state in "xyz":
         return np.sum(row_of_rotation(state, turning) * np.asarray(lever_arm_m), axis=-1)
@@ -102,16 +100,11 @@ def readings(
     lever_arm_m: ArrayLike,
     direction: Sequence[float] | None = None,
 ) -> np.ndarray:
-    """(..) noise-free readings, m/s or rad.
+    """(..) noise-free readings of one of QUANTITIES, m/s or rad.
 
-    Parameters
-    ----------
-    quantity : short name, one of QUANTITIES
-    motion : (.., n_causes) the states that :func:`causes` names, through the water
-    current : (.., 2) to the north and to the east, m/s, where and when the reading is taken
-    lever_arm_m : (3,) or (.., 3) ahead, to starboard and down from the body origin; of no account without rates among
-        the motion
-    direction : (3,) unit vector in body axes along which a log reads
+    `motion` (.., n_causes): the states that :func:`causes` names, through the water; `current` (.., 2): to the north
+    and to the east, m/s, where and when the reading is taken; `lever_arm_m`: as of :func:`displaced`, of no account
+    without rates among the motion; `direction` (3,): unit vector in body axes along which a log reads.
     """
     if quantity == "stw":
         if direction is not None:

@@ -44,12 +44,8 @@ def digest(rooms: dict[str, str]) -> str:
 def rooms(roots: Iterable[str], texts: Iterable[str] | None = None) -> dict[str, str]:
     """Room of the package, or kind of built-in data -> digest of what counts of it.
 
-    Parameters
-    ----------
-    roots : iterable of str
-        Dotted names that are imported, of bayesub or of others, which do not count; ``bayesub.*`` are all modules.
-    texts : iterable of str, optional
-        In which the built-in data that count are named; left out, all count.
+    `roots`: dotted names that are imported, of bayesub or of others, which do not count; ``bayesub.*`` are all modules;
+    `texts`: in which the built-in data that count are named; left out, all count.
     """
     found: dict[str, list[str]] = {}
     package = _package()

@@ -57,7 +57,7 @@ def worth(vehicle: str, sensors: str, spec: dict) -> dict:
     return {
         "whole": counts(whole),
         "minutes": {f"{m:.3g}": counts(i) for m, i in by_minute(judge, manoeuvre, minutes).items()},
-        "without": {name: counts(w.without) for name, w in by_sensor(judge, manoeuvre).items()},
+        "without": {name: counts(w) for name, w in by_sensor(judge, manoeuvre).items()},
         "further": {name: counts(i) for name, i in further_sensors(judge, manoeuvre, EXTRA).items()},
         "tank": [
             {"name": v.name, "n_known": v.n_known, "half_gain_sd": float(f"{v.half_gain_sd:.3g}")}

@@ -43,17 +43,12 @@ def test_a_minute_is_a_shorter_trial(judge, manoeuvre):
     assert np.all(early[1].relative_sd >= last.relative_sd)
 
 
-def test_a_channel_alone_and_left_out(judge, manoeuvre):
+def test_a_channel_left_out(judge, manoeuvre):
     channels = worth.by_sensor(judge, manoeuvre)
     assert list(channels) == ["x", "y", "z", "roll", "pitch", "yaw", "depth"]
     for channel, sensor in zip(channels, judge.sensors, strict=True):
-        (alone,) = replace(judge, sensors=(sensor,)).information(manoeuvre)
         (without,) = replace(judge, sensors=tuple(set(judge.sensors) - {sensor})).information(manoeuvre)
-        assert channels[channel].alone.relative_sd == pytest.approx(alone.relative_sd, rel=1e-9)
-        assert channels[channel].without.relative_sd == pytest.approx(without.relative_sd, rel=1e-9)
-    total = channels["yaw"].alone.gram + channels["yaw"].without.gram
-    (whole,) = judge.information(manoeuvre)
-    assert total == pytest.approx(whole.gram, rel=1e-9)
+        assert channels[channel].relative_sd == pytest.approx(without.relative_sd, rel=1e-9)
 
 
 def test_a_further_sensor_adds_or_takes_the_place_of_one_that_reads_the_same(judge, manoeuvre):
@@ -85,7 +80,6 @@ def test_the_first_value_from_a_tank_is_the_one_that_unlocks_most():
     assert "d" not in (first.name, second.name)
     both = information.with_known(["abcd".index(first.name), "abcd".index(second.name)], 1e-3)
     assert second.n_known == both.n_known(0.1)
-    assert second.mean_log_sd == pytest.approx(np.mean(np.log(both.relative_sd)))
 
 
 def test_half_of_the_gain_takes_the_relative_sd_that_is_said(rng):
@@ -93,15 +87,7 @@ def test_half_of_the_gain_takes_the_relative_sd_that_is_said(rng):
     information = told(rows.T @ rows)
     (first,) = worth.unlocking(information, 1e-4, 1)
     k = information.names.index(first.name)
-    sharp, half = (
-        worth.unlocking(information, sd, 1, candidates=[first.name])[0].gain for sd in (1e-9, first.half_gain_sd)
-    )
+    sds = np.array([1e-9, first.half_gain_sd]) * abs(information.values[k]) / information.prior_sd[k]
+    sharp, half = (worth.gain(information.covariance, k, sd) for sd in sds)
     assert half == pytest.approx(0.5 * sharp, rel=1e-6)
     assert worth.gain(information.covariance, k, 1e3) == pytest.approx(0.0, abs=1e-5)
-
-
-def test_only_candidates_are_towed(rng):
-    rows = rng.standard_normal((3, 6))
-    values = worth.unlocking(told(rows.T @ rows), 0.01, 5, candidates=["b", "e"])
-    assert {value.name for value in values} == {"b", "e"}
-    assert values[1].n_known >= values[0].n_known

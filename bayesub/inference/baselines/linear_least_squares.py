@@ -44,7 +44,7 @@ def linear_least_squares(
         for _ in range(2):  # the second refines what rounding in the first has lost
             solution = solution - inverse @ (u.T @ residuals)[informed]
             residuals = form.matrix @ solution - form.load
-        values.append(form.coefficients(solution))
+        values.append(form.centre + solution / form.lengths)
         misfits.append(np.linalg.norm(residuals) / form.load_norm)
         variance = residuals @ residuals / max(1, len(residuals) - informed.sum())
         blocks.append(variance * inverse @ inverse.T / np.outer(form.lengths, form.lengths))
@@ -70,9 +70,7 @@ def total_least_squares(
 
     Parameters
     ----------
-    systems : as in :func:`linear_least_squares`
-    guess : as in :func:`linear_least_squares`
-    held : as in :func:`linear_least_squares`
+    systems, guess, held : as in :func:`linear_least_squares`
     errors : axis -> (n_columns + 1,) standard deviations of the errors of the columns, in the order of the system,
         and of the load; zero for an exact column, positive for the load. By default
         in proportion to the length of each.
@@ -124,10 +122,6 @@ class Scaled:
     centre: np.ndarray  # (n_columns,) the guess
     load: np.ndarray  # (n_samples,) what the guess leaves unexplained, N or N m
     load_norm: float  # length of the original load
-
-    def coefficients(self, scaled: np.ndarray) -> np.ndarray:
-        """(n_columns,) coefficients at a scaled offset from the guess."""
-        return self.centre + scaled / self.lengths
 
 
 def scaled(systems: Mapping[str, LinearForm], guess: dict[str, float], held: Iterable[str] = ()) -> list[Scaled]:

@@ -40,9 +40,7 @@ def linear_programme(
 
     Parameters
     ----------
-    systems : from :func:`bayesub.model.linear_form.linear_systems`
-    guess : coefficient name -> value
-    held : names of coefficients that keep the value of the guess
+    systems, guess, held : as in :func:`bayesub.inference.baselines.linear_least_squares`
     bounds : coefficient name -> (low, high), either of them None for no bound
     constraints : pairs (weights, upper): the sum of weight * coefficient over the dictionary `weights`, which names
         coefficients of one axis, is at most `upper`
@@ -61,11 +59,8 @@ def linear_programme(
     for weights, _ in constraints:
         axes = {form.axis for form in forms if weights.keys() & set(form.names)}
         if len(axes) != 1 or not weights.keys() <= set(names):
-            raise InputError(
-                f"constraint on {', '.join(weights)}: name coefficients of one axis that are not held",
-                "conflict",
-                "constraints",
-            )
+            text = f"constraint on {', '.join(weights)}: name coefficients of one axis that are not held"
+            raise InputError(text, "conflict", "constraints")
     values, costs, statuses = [], [], []
     for form in forms:
         solution, cost, status = _solve(form, bounds or {}, [c for c in constraints if c[0].keys() & set(form.names)])

@@ -70,12 +70,9 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     assert mode is not None
     parts = problem.log_likelihoods(mode.values)
     channels = [name for name, part in parts.items() if not np.isfinite(part[0])]
-    raise InputError(
-        f"channel '{channels[0]}': no parameters that the prior admits are found with every prediction within the "
-        f"rounding of its reading; give the sensor an sd, or widen the prior",
-        "data",
-        channels[0],
-    )
+    what = "no parameters that the prior admits are found with every prediction within the rounding of its reading"
+    text = f"channel '{channels[0]}': {what}; give the sensor an sd, or widen the prior"
+    raise InputError(text, "data", channels[0])
 
 
 def _lowest(problem, rng) -> Estimate:

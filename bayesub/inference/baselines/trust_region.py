@@ -33,14 +33,9 @@ def trust_region(
 
     Parameters
     ----------
-    problem : to be solved
-    rng : source of the starts
-    informed : as of :func:`bayesub.inference.baselines.sqp`
-    n_starts : number of starts
-    start_spread : half width of the starts in the unknowns
+    problem, rng, informed, n_starts, start_spread, progress : as of :func:`bayesub.inference.baselines.sqp`
     bounds : half width of the bounds in the unknowns, or None
     max_iterations : evaluations of each search
-    progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
 
     Returns
     -------

@@ -53,12 +53,7 @@ def rhat(chain: np.ndarray, scores: np.ndarray | None = None) -> np.ndarray:
     """(n_params,) rank-normalised split R-hat, the larger of its bulk and folded versions (Vehtari et al. 2021).
 
     Each ensemble is split into its first and second half in time; all walkers of a half count as one chain. It is
-    infinite for a parameter that stands still in all of them.
-
-    Parameters
-    ----------
-    chain : (n_ensembles, n_steps, n_walkers, n_params)
-    scores : the rank-normalised chain, if it is at hand
+    infinite for a parameter that stands still in all of them. `scores`: the rank-normalised chain, if it is at hand.
     """
     folded = np.abs(chain - np.median(chain, axis=(0, 1, 2)))
     scores = rank_normalised(chain) if scores is None else scores

@@ -67,10 +67,8 @@ class _Fit:
 def find_discrepancies(model: Any, standard: np.ndarray) -> list[Discrepancy]:
     """The candidates that make the readings more probable than their noise alone does, best first.
 
-    Parameters
-    ----------
-    model : with the methods of :class:`bayesub.problem.alternatives.LeftOut`
-    standard : (n_params,) standard coordinates of the mode of noise alone, or of parameters near it
+    `model`: with the methods of :class:`bayesub.problem.alternatives.LeftOut`; `standard` (n_params,): coordinates of
+    the mode of noise alone, or of parameters near it.
     """
     first = model.about(standard)
     if first is None:

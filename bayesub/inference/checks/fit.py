@@ -48,10 +48,10 @@ class Check:
     """The residuals of one channel."""
 
     n_readings: int  # of the channel
-    interval_s: float  # between readings, the median one
     chi_square_per_reading: float  # mean over the draws
     n_outliers: float  # mean over the draws
     spread: float  # median size of the residuals over that of a standard normal, which a few outliers leave alone
+    interval_s: float  # between readings, the median one
     correlations: np.ndarray  # (n_lags,) means over the draws, lag 1 first
     p_values: dict[str, float]  # discrepancy -> posterior predictive p-value
     threshold: float  # the p-value below which a discrepancy counts
@@ -83,30 +83,17 @@ class Check:
 
     def to_json(self) -> dict:
         """Everything as JSON types."""
-        return {
-            "n_readings": self.n_readings,
-            "chi_square_per_reading": self.chi_square_per_reading,
-            "n_outliers": self.n_outliers,
-            "spread": self.spread,
-            "interval_s": self.interval_s,
-            "correlations": self.correlations.tolist(),
-            "p_values": self.p_values,
-            "faults": list(self.faults),
-        }
+        content = vars(self) | {"correlations": self.correlations.tolist(), "faults": list(self.faults)}
+        return {key: value for key, value in content.items() if key != "threshold"}
 
 
 @dataclass(frozen=True)
 class Criticism:
-    """The checks of all channels.
+    """The checks of all channels."""
 
-    Attributes
-    ----------
-    checks : channel -> its check
-    false_alarms : probability, at most, that anything is found in a record of the model (Bonferroni: each p-value is
-        held against false_alarms over the number of tests)
-    """
-
-    checks: dict[str, Check]
+    checks: dict[str, Check]  # by channel
+    # Probability, at most, that anything is found in a record of the model (Bonferroni: each p-value is held against it
+    # over the number of tests)
     false_alarms: float
 
     @property

@@ -181,25 +181,12 @@ class Prediction:
 
 
 def predict(
-    problem: TrialInference,
-    parameters: np.ndarray,
-    rng: np.random.Generator,
-    *,
-    own: Sequence[int] = (),
-    warm_up: float = 0.0,
+    problem: TrialInference, parameters: np.ndarray, rng: np.random.Generator, *, warm_up: float = 0.0
 ) -> Prediction:
-    """Predict the readings of a trial by draws of its parameters.
+    """Predict the readings of a trial by draws (n, n_params) of its parameters, with noise from `rng`.
 
-    Parameters
-    ----------
-    problem : of the trial
-    parameters : (n, n_params) draws, of a posterior that does not know the readings; those of `own` parameters are not
-        used
-    rng : source of the own parameters and of the noise
-    own : positions of parameters of the trial that the draws do not know, independent of all others in the prior
-    warm_up : own parameters are drawn given the readings until then, s; given none of them if it is zero
+    They know the readings until the end of the `warm_up`, s, at most (:func:`given_warm_up`), which are not judged.
     """
-    parameters = given_warm_up(problem, parameters, rng, own, warm_up)
     predicted = problem.predicted(parameters)
     flown = np.isfinite(predicted).all(axis=1)
     replicated = problem.replicated(parameters[flown], rng) if flown.any() else predicted[flown]
@@ -215,7 +202,10 @@ def given_warm_up(
     own: Sequence[int] | np.ndarray,
     warm_up: float,
 ) -> np.ndarray:
-    """Parameters (n, n_params) with `own` ones drawn given the readings until `warm_up`; arguments as of predict.
+    """Parameters (n, n_params) with `own` ones drawn given the readings until `warm_up`, s, or none if that is zero.
+
+    `own`: positions of parameters of the trial that draws of a posterior do not know, independent of all others in the
+    prior; what stands there is not used. `rng` is their source.
 
     The steps of a search at the mean of the draws have a Jacobian each; the steps of the draws have the last of these
     in common. If the boat of the mean does not complete the log, own parameters are drawn from the prior.

@@ -202,7 +202,7 @@ class Marginalised:
                 drawn = response.solve(np.eye(n), full, residuals, sign * y).white
                 side[:, response.columns] = drawn.reshape(n, -1)
         bends = 0.5 * sum(self.problem.residuals(side) for side in sides) - residuals
-        learned = []
+        found: list[tuple[np.ndarray, ...]] = []
         for response in responses:
             white = full[:, response.columns].reshape(n, *response.forces.shape[1:])
             sequences = response.history.innovations(full)
@@ -212,8 +212,8 @@ class Marginalised:
             for k, change in enumerate(drawn):
                 one = pieces._replace(ends=pieces.ends[[k]], rows=pieces.rows[[k]])
                 squares[k] = np.concatenate(list(causes(one, change[None]))) ** 2
-            learned.append((pieces.ends, pieces.rows, forces, bends[:, response.rows], squares))
-        return learned
+            found.append((pieces.ends, pieces.rows, forces, bends[:, response.rows], squares))
+        return found
 
     def _solved(self, others, y=None):
         """All parameters (n, n_all) at w*, or at y from there, of others (n, n_params); log determinants (n,)."""

@@ -113,7 +113,7 @@ def draw(
         beyond = [np.count_nonzero((some < low) | (some > high)) for some in values]
         for panel, rows in zip(panels, np.array_split(order, n_panels), strict=True):
             places = np.arange(len(rows))
-            intervals(panel, rows, quantiles, prior, reference, places, lying=True)
+            intervals(panel, rows, quantiles, prior, reference)
             if wide is not None:
                 ends = np.sort(ratios([wide.quantiles(p) for p in PRIOR_EDGES], reference, prior)[:, rows], axis=0)
                 look = {"fc": "none", "ec": style.TRUTH, "lw": 0.5, "ls": "--", "label": "prior, scale unknown, 90 %"}
@@ -155,40 +155,26 @@ def _draw_found(panel, one, values, good, limits) -> None:
                 panel.plot(np.clip(values, low, high)[shown], y[shown], marker, **look)
 
 
-def intervals(
-    axis: Axes,
-    columns: np.ndarray,
-    quantiles: np.ndarray,
-    prior: Prior,
-    reference: np.ndarray,
-    places: np.ndarray | None = None,
-    *,
-    lying: bool = False,
-) -> tuple[float, float]:
-    """Draw prior band and posterior intervals; the lowest and highest ratio of them.
+def intervals(axis: Axes, rows: np.ndarray, quantiles: np.ndarray, prior: Prior, reference: np.ndarray) -> None:
+    """Draw prior band and posterior intervals, a row for each of the parameters at positions `rows` (n,).
 
-    `columns`: (n,) positions of the parameters; `quantiles`: (5, n_params) of the posterior, those of QUANTILES;
-    `reference`: (n_coefficients,) values that count as one; `places`: (n,) where they are drawn, by default `columns`;
-    `lying`: whether ratios go to the right and not upwards.
+    `quantiles` (5, n_params): of the posterior, those of QUANTILES; `reference` (n_coefficients,): values that count as
+    one.
     """
-    at = columns if places is None else places
 
     def ratio(values):
-        return np.sort(ratios(values, reference, prior)[:, columns], axis=0)
+        return np.sort(ratios(values, reference, prior)[:, rows], axis=0)
 
+    y = np.arange(len(rows))
     bottom, top = ratio([prior.quantiles(p) for p in PRIOR_EDGES])
     low, q1, median, q3, high = ratio(quantiles)
-    bars, lines, mark = (axis.barh, axis.hlines, "|") if lying else (axis.bar, axis.vlines, "_")
-    bars(at, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 90 %")
-    (axis.axvline if lying else axis.axhline)(1.0, color=style.TRUTH, lw=0.8)
-    lines(at, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
-    lines(at, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
-    ends = min(bottom.min(), low.min()), max(top.max(), high.max())
-    wide = q3 - q1 > VISIBLE * (ends[1] - ends[0])
+    axis.barh(y, top - bottom, 0.8, bottom, color=style.PRIOR, alpha=0.55, label="prior, 90 %")
+    axis.axvline(1.0, color=style.TRUTH, lw=0.8)
+    axis.hlines(y, low, high, color=style.POSTERIOR, lw=1.5, label="posterior, 90 %")
+    axis.hlines(y, q1, q3, color=style.POSTERIOR, lw=5.0, label="posterior, 50 %")
+    wide = q3 - q1 > VISIBLE * (max(top.max(), high.max()) - min(bottom.min(), low.min()))
     for some, look in ((wide, {"color": "white"}), (~wide, {"color": style.POSTERIOR, "mew": 2.0})):
-        both = median[some], np.asarray(at)[some]
-        axis.plot(*(both if lying else both[::-1]), mark, ms=7, **look)
-    return ends
+        axis.plot(median[some], y[some], "|", ms=7, **look)
 
 
 def draw_runs(path: Paths, rows: Sequence[tuple[str, Mapping[str, dict]]], runs: Sequence[str]) -> None:

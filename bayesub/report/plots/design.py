@@ -57,15 +57,11 @@ def draw_manoeuvre(
             axis.set(xlabel="time (s)", ylabel="depth (m)")
         for column, colour in zip(columns, cycle(style.CYCLE), strict=False):
             axes[column].plot(times, orders[column], color=colour, lw=1.1)
-            axes[column].set_ylabel(_label(column))
+            name, _, unit = with_unit(column).rpartition(" ")
+            axes[column].set_ylabel(f"{name}\n{unit}" if name else unit)
             axes[column].set_xlim(0.0, times[-1])
             axes[column].tick_params(labelbottom=column == columns[-1])
         axes[columns[-1]].set_xlabel("time (s)")
-
-
-def _label(column: str) -> str:
-    name, _, unit = with_unit(column).rpartition(" ")
-    return f"{name}\n{unit}" if name else unit
 
 
 def draw_sds(

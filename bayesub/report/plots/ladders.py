@@ -94,7 +94,9 @@ def draw_directions(
         left.grid(axis="y", visible=False)
         left.set_xlabel(f"posterior sd{', distance of solutions' * bool(found)}, in prior sds")
         left.set_ylabel("direction" if n <= ROWS else f"direction; {n - len(chosen)} between are left out")
-        axes = [_axis(name, equations) for name in spectrum.names]
+        axes = ["other"] * n
+        if equations:
+            axes = [equations.term(name).axis if name in equations.index else "other" for name in spectrum.names]
         names = labels(spectrum.names, equations) if equations else [style.plain(name) for name in spectrum.names]
         names = [name.partition(" (")[0] for name in names]  # without units
         _draw_composition(right, spectrum.directions[chosen], names, axes)
@@ -102,10 +104,6 @@ def draw_directions(
         colours = [Patch(color=AXES.get(axis, OTHER), label=axis) for axis in dict.fromkeys([*axes, "other"])]
         look = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "ncols": 8, "fontsize": 8, "borderaxespad": 0.2}
         right.legend(handles=colours, handlelength=1.0, columnspacing=1.2, **look)
-
-
-def _axis(name: str, equations: Equations | None) -> str:
-    return equations.term(name).axis if equations and name in equations.index else "other"
 
 
 def _draw_distances(axis: Axes, one: Found, chosen: np.ndarray) -> int:

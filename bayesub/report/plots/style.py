@@ -141,17 +141,10 @@ def look_from_above(axis: Axes, start: np.ndarray) -> None:
 
 @contextmanager
 def figure(path: Paths, width: float, height: float, margins: Sequence[float] | None = None) -> Iterator[Figure]:
-    """A figure that is rendered when the block ends without an error, and saved to each path.
+    """A figure that is rendered when the block ends without an error, and saved to each path in the format of its name.
 
-    Parameters
-    ----------
-    path
-        The suffix of each says its format.
-    width, height
-        Inches.
-    margins
-        Left, right, bottom and top of the axes, in inches, where the sizes of labels are known beforehand. By default
-        they are measured, which takes as long as drawing.
+    Sizes are in inches. `margins`: left, right, bottom and top of the axes, where the sizes of labels are known
+    beforehand; by default they are measured, which takes as long as drawing.
     """
     with mpl.rc_context(_SETTINGS):
         drawing = Figure(figsize=(width, height), layout="constrained" if margins is None else None)

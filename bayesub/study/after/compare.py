@@ -41,21 +41,9 @@ def compare(
     The folder gets ``comparison.html``, ``numbers.json``, ``coefficients.csv``, ``distances.csv`` and figures (as PDF
     too with `pdf`). With `force` what is there is replaced.
 
-    Parameters
-    ----------
-    folders : sequence of Path
-        Of the runs.
-    output : Path
-        The folder to write.
-    manoeuvre : str or None
-        That all shall predict; by default that of the first run, or :data:`USUAL`.
-    draws : int
-        Of each posterior, for predictions.
-
-    Raises
-    ------
-    InputError
-        For folders that are no finished runs, too few or too many, and for a folder that is not free.
+    `manoeuvre`: that all shall predict, by default that of the first run, or :data:`USUAL`; `draws`: of each posterior,
+    for predictions. InputError for folders that are no finished runs, too few or too many, and for an output that is
+    not free.
     """
     n, most = len(folders), comparison_page.MOST
     if n < 2:

@@ -32,7 +32,7 @@ from bayesub.study.after.knowledge import covariance_of_draws
 from bayesub.study.provenance import CODE, copies, of_request
 from bayesub.study.run.run import interruptions
 from bayesub.study.run.run_folder import open_folder
-from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors
+from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors, with_fixed
 
 DEFAULT, MINUTES = "known:10", 10.0
 EXACT = 1e-4  # relative sd of a quantity, before any trial, below which it depends on nothing that is unknown
@@ -47,28 +47,20 @@ COSTS, PACE = "costs", "pace.json"
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a design.
-
-    Attributes
-    ----------
-    sensors, limits, after : Path or None
-        Files, and the folder of a run.
-    boats : int
-        Boats over which the goal is averaged: that of the vehicle file, and others that the prior holds possible.
-    """
+    """What is asked of a design."""
 
     vehicle: str  # built-in name or path
     wanted: tuple[str, ...] = (DEFAULT,)  # ``known:10``, ``D``, ``A``, ``E``, coefficients or quantities
-    sensors: Path | None = None
-    limits: Path | None = None
-    after: Path | None = None
+    sensors: Path | None = None  # file
+    limits: Path | None = None  # file
+    after: Path | None = None  # folder of a run
     families: tuple[str, ...] = ()  # by default all that can be followed
     trials: int = 1  # manoeuvres designed together
     minutes: float = MINUTES  # of search
     judgements: int | None = None  # manoeuvres to judge, in place of the minutes
     seed: int = 0
     subproblem: str | None = None
-    boats: int = 1
+    boats: int = 1  # over which the goal is averaged: that of the file, and others that the prior holds possible
 
     def config(self) -> dict:
         """The files and settings that the result depends on."""
@@ -92,9 +84,7 @@ class KnownBefore:
 
     def vehicle(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle of the posterior means."""
-        xi = vehicle.xi.copy()
-        xi[vehicle.equations.columns(self.names)] = self.draws.mean(axis=0)
-        return replace(vehicle, xi=xi)
+        return with_fixed(vehicle, dict(zip(self.names, self.draws.mean(axis=0), strict=True)))
 
     def judge(self, judge: Judge) -> Judge:
         """The judge whose prior is the posterior; coefficients of the judge are among those of the posterior."""
@@ -170,12 +160,9 @@ def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
     except InputError as error:
         raise InputError(f"--after {error}", error.kind, error.key) from None
     if run.verdict == NOT_CONVERGED:
-        raise InputError(
-            f"--after {folder}: the run has not converged, and its posterior may be wrong; raise max_steps of "
-            "[sampler] in its study and continue it with --resume",
-            "state",
-            "--after",
-        )
+        what = f"--after {folder}: the run has not converged, and its posterior may be wrong"
+        remedy = "raise max_steps of [sampler] in its study and continue it with --resume"
+        raise InputError(f"{what}; {remedy}", "state", "--after")
     flown, posterior = run.vehicle, run.posterior
     if flown.name != vehicle.name or flown.equations != vehicle.equations:
         text = f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat"
@@ -231,10 +218,8 @@ def _asked(name: str, judge: Judge) -> Asked:
     """A coefficient or quantity of a judge by its name."""
     vehicle = judge.vehicle
     if name in judge.names:
-        place = judge.names.index(name)
-        return Asked(
-            name, vehicle.equations.term(name).unit or "", judge.values[place], np.eye(len(judge.names))[place]
-        )
+        place, unit = judge.names.index(name), vehicle.equations.term(name).unit or ""
+        return Asked(name, unit, judge.values[place], np.eye(len(judge.names))[place])
     if name in vehicle.equations.index:
         what = f"--for {name}: is not among the coefficients to infer of {vehicle.name}"
         raise InputError(f"{what}: it is zero, held, or has no part in the motion", "conflict", "--for")
@@ -258,10 +243,9 @@ def _asked(name: str, judge: Judge) -> Asked:
 def _sensors(judge: Judge) -> str:
     parts = []
     for sensor in judge.sensors:
-        noise = [f"sd {sensor.sd:g}"] * bool(sensor.sd) + [f"rounded to {sensor.resolution:g}"] * bool(
-            sensor.resolution
-        )
-        parts.append(f"{measured(sensor.column, ', '.join(noise))} every {sensor.interval_s:g} s")
+        sizes = {"sd": sensor.sd, "rounded to": sensor.resolution}
+        noise = ", ".join(f"{word} {size:g}" for word, size in sizes.items() if size)
+        parts.append(f"{measured(sensor.column, noise)} every {sensor.interval_s:g} s")
     return "; ".join(parts)
 
 
@@ -297,12 +281,8 @@ def design(
     for bit, and with more minutes a finished one goes on; with `force` what is in the folder is replaced. The executor
     is of the judgements, by default processes of this machine.
 
-    Raises
-    ------
-    InputError
-        For inputs that do not fit, before a folder is made, and for a folder that is not free.
-    RunInterrupted
-        For Ctrl-C during the search; a KeyboardInterrupt.
+    InputError for inputs that do not fit, before a folder is made, and for a folder that is not free; RunInterrupted
+    for Ctrl-C during the search.
     """
     began = time.perf_counter()
     question, asked = pose(request), request.config()

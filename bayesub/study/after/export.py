@@ -32,20 +32,12 @@ def _table(made) -> Callable[[FinishedRun, Path], None]:
     """The writer of a table of all parameters, histories of forces left out."""
 
     def text(run, _):
-        posterior, histories = run.posterior, set(_forces(run))
-        places = [k for k, name in enumerate(posterior.names) if name not in histories]
-        return made(posterior.part(np.array(places)), run.vehicle.equations)
+        others = np.arange(len(run.posterior.names))
+        if run.study.disturbance is not None:
+            others = run.setup().problem.others
+        return made(run.posterior.part(others), run.vehicle.equations)
 
     return _text(text)
-
-
-def _forces(run: FinishedRun) -> list[str]:
-    """The parameters that are forces at knots."""
-    if run.study.disturbance is None:
-        return []
-    problem = run.setup().problem
-    others = set(problem.others.tolist())
-    return [name for k, name in enumerate(problem.names) if k not in others]
 
 
 def _simulator(made) -> Callable[[FinishedRun, Path], None]:

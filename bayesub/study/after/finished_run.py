@@ -144,10 +144,7 @@ def redraw(
     Of the run of a script `study` is the script to draw with; its own is taken where it is unchanged and `run_code` is
     given. Else no code runs that lies in the folder or that it names. The result has the seconds of the run.
 
-    Raises
-    ------
-    InputError
-        For a folder that lacks something, which it names, and for a file that has changed since the run.
+    InputError for a folder that lacks something, which it names, and for a file that has changed since the run.
     """
     folder = Path(folder)
     config = config_of_study(folder, "bayesub {} writes its page again")
@@ -172,12 +169,9 @@ def _redraw(folder: Path, config: dict, context: RunContext, *, run_code: bool) 
         text = f"{folder}: the run has not finished, numbers.json is missing; continue it with --resume"
         raise InputError(text, "state", "numbers.json")
     if not (folder / POSTERIOR).exists():
-        raise InputError(
-            f"{folder}: {POSTERIOR} is missing: without the draws neither figures nor report can be drawn again "
-            "(numbers.json and the figures that are there are those of the run); run the study again to have them",
-            "state",
-            POSTERIOR,
-        )
+        what = f"{folder}: {POSTERIOR} is missing: without the draws neither figures nor report can be drawn again"
+        what += " (numbers.json and the figures that are there are those of the run)"
+        raise InputError(f"{what}; run the study again to have them", "state", POSTERIOR)
     load_result(folder)  # refuses what is not the posterior of the result
     study = saved_study(folder, config)
     posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)

@@ -48,57 +48,32 @@ SAMPLES = 500  # output times of a manoeuvre, about
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a run.
+    """What is asked of a run."""
 
-    Attributes
-    ----------
-    run : Path
-        Its folder.
-    source : str
-        Built-in name of a manoeuvre or a log, a manoeuvre in TOML, a control history or a log in CSV. A CSV that has a
-        column besides time and controls is a log.
-    sensors : str or None
-        Instruments of the log (:func:`bayesub.study.schema.trial_section.read_instruments`); by default those of the
-        first fitted trial all of whose columns it has.
-    subproblem : str or None
-        Plane of the motion; by default that of the manoeuvre, of a CSV that of the first fitted trial.
-    sample_s : float or None
-        Output interval of a manoeuvre.
-    current_mps : (float, float) or None
-        Known current of a manoeuvre, north and east; by default still water.
-    draws : int
-        Of posterior and prior.
-    seed : int
-    """
-
-    run: Path
+    run: Path  # its folder
+    # Built-in name of a manoeuvre or a log, a manoeuvre in TOML, a control history or a log in CSV. A CSV that has a
+    # column besides time and controls is a log
     source: str
+    # Instruments of the log (:func:`bayesub.study.schema.trial_section.read_instruments`); by default those of the
+    # first fitted trial all of whose columns it has
     sensors: str | None = None
-    subproblem: str | None = OF_MANOEUVRE
-    sample_s: float | None = None
-    current_mps: tuple[float, float] | None = None
-    draws: int = N_DRAWS
+    subproblem: str | None = OF_MANOEUVRE  # plane of the motion; of a CSV by default that of the first fitted trial
+    sample_s: float | None = None  # output interval of a manoeuvre
+    current_mps: tuple[float, float] | None = None  # known, of a manoeuvre, north and east; by default still water
+    draws: int = N_DRAWS  # of posterior and prior
     seed: int = 0
 
 
 @dataclass(frozen=True)
 class PosedTrial:
-    """A trial to predict, and the run made ready for it.
-
-    Attributes
-    ----------
-    held : tuple of str
-        Coefficients that act on it and that the run does not infer, at the values of the vehicle file.
-    current_mps : (float, float) or None
-        North and east, that of a manoeuvre if it is known; None is still water, or what a log tells.
-    """
+    """A trial to predict, and the run made ready for it."""
 
     setup: Setup
     trial: UnseenTrial
     has_readings: bool  # whether it is a log, with readings by which the prediction is judged
-    held: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()  # coefficients that act on it and that the run does not infer, at those of the file
     unread: tuple[str, ...] = ()  # columns of the log that no sensor of the run reads
-    current_mps: tuple[float, float] | None = None
+    current_mps: tuple[float, float] | None = None  # north and east; None is still water, or what a log tells
 
 
 def predict_by_run(
@@ -109,10 +84,7 @@ def predict_by_run(
     The folder gets ``prediction.html``, ``numbers.json``, ``states.csv`` with the bands of the states, figures (as PDF
     too with `pdf`), and of a log ``readings.csv`` with those of the readings. With `force` what is there is replaced.
 
-    Raises
-    ------
-    InputError
-        For inputs that do not fit, before a folder is made, and for a folder that is not free.
+    InputError for inputs that do not fit, before a folder is made, and for a folder that is not free.
     """
     progress.stage("read the run")
     run = finished_run(request.run)
@@ -242,14 +214,9 @@ def _check(run: FinishedRun, columns: list[str], request: Request) -> tuple[Chec
     content = {key: value for key, value in keys.items() if value is not None}
     check = CheckSection(data=name, **content)
     nuisance = {} if like is run.study else CheckSection.nuisances(check, like.nuisance)
-    sections = tuple(map(_without_faults, sections))
+    usual = [{key: one.default for key, one in type(s).model_fields.items() if key in FAULTS} for s in sections]
+    sections = tuple(section.model_copy(update=good) for section, good in zip(sections, usual, strict=True))
     return check.model_copy(update={"sensors": sections, "nuisance": nuisance}), unread
-
-
-def _without_faults(section):
-    """The section of a sensor that reads a log."""
-    fields = type(section).model_fields
-    return section.model_copy(update={key: fields[key].default for key in FAULTS if key in fields})
 
 
 def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | None) -> UnseenTrial:

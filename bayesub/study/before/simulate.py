@@ -40,20 +40,10 @@ def simulate(
 ) -> tuple[str, bool]:
     """Write the track of a simulated manoeuvre, or the log of a trial; what it is, and whether it came to its end.
 
-    Parameters
-    ----------
-    vehicle, manoeuvre : str
-        Built-in names or paths.
-    output, plot : Path
-        Files for the track or log, and for a figure of the track.
-    sensors : str or None
-        Preset or file of the instruments whose log is written.
-    perturb : float or None
-        Relative sd of coefficients that are flown in place of those of the file.
-    disturbance : Path or None
-        File of random forces; left out, those of the truth in the file of the instruments.
-    **options
-        Of :func:`bayesub.simulate`.
+    `vehicle`, `manoeuvre`: built-in names or paths; `output`, `plot`: files for the track or log, and for a figure of
+    the track; `sensors`: preset or file of the instruments whose log is written; `perturb`: relative sd of coefficients
+    that are flown in place of those of the file; `disturbance`: file of random forces, left out those of the truth in
+    the file of the instruments; `options`: of :func:`bayesub.simulate`.
     """
     instruments = None if sensors is None else read_instruments(sensors)
     section = None if instruments is None else instruments.truth.disturbance

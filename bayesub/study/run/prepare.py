@@ -33,14 +33,7 @@ from bayesub.study.sources import file_digest
 
 @dataclass(frozen=True)
 class Setup:
-    """A study made ready.
-
-    Attributes
-    ----------
-    pose : callable
-        Poses the problem of another trial of the boat, of a manoeuvre and a record: a Problem with its free
-        coefficients, its prior and its disturbance.
-    """
+    """A study made ready."""
 
     study: Study  # the study
     vehicle: Vehicle  # the boat of its file
@@ -48,6 +41,8 @@ class Setup:
     problem: Problem | JointProblem  # what the trials pose
     unseen: tuple[UnseenTrial, ...]  # logs that are not fitted, which the posterior is to predict
     quantities: tuple[Quantity, ...]  # of the study's own, that follow from the coefficients
+    # Poses the problem of another trial of the boat, of a manoeuvre and a record, with free coefficients, prior and
+    # disturbance of the study
     pose: Callable[..., Problem]
 
     def generator(self, stream: int, *members: int) -> np.random.Generator:
@@ -77,8 +72,11 @@ class _Flight:
         """The same, flown, with its problem; `rng` is of the noise of its readings."""
         with error_source(self.label):
             trial = self.trial
-            if not self.is_fitted:
-                trial = _with_own_unknowns(trial, self.section, vehicle, noise)
+            if not self.is_fitted:  # those unknowns of the study are left out whose channels and controls it lacks
+                with_noise = trial.record.channels, channel_noises(trial.record.channels, noise)
+                for name in filter(self.section.nuisance.__contains__, trial.nuisance):
+                    find(name, vehicle, trial.manoeuvre, *with_noise)
+                trial = replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, *with_noise))
             given = {"nuisance": trial.nuisance, "noise": noise}
             if dt is None:  # the longest that the sensors do not notice, whatever they are going to read
                 dt = pose(trial.manoeuvre, trial.record, **given).simulator.step
@@ -160,15 +158,6 @@ def _refuse_twins(logs: Sequence[_Flight]) -> None:
                 why = "which would count twice" if later.is_fitted else "which say nothing about prediction"
                 text += f", {why}; leave one of the two out, or give them a window_s each that does not overlap"
                 raise InputError(text, "conflict", "data")
-
-
-def _with_own_unknowns(trial: Trial, check: CheckSection, vehicle: Vehicle, noise: dict) -> Trial:
-    """The trial of a log without those unknowns of the study that are of channels and controls it does not have."""
-    channels = trial.record.channels
-    noises = channel_noises(channels, noise)
-    for name in filter(check.nuisance.__contains__, trial.nuisance):
-        find(name, vehicle, trial.manoeuvre, channels, noises)
-    return replace(trial, nuisance=present(trial.nuisance, vehicle, trial.manoeuvre, channels, noises))
 
 
 def present(

@@ -4,7 +4,7 @@ import json
 import shutil
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -54,30 +54,17 @@ def open_folder(
     force: bool = False,
     keep_stale: bool = False,
 ) -> Iterator[dict]:
-    """Make the run folder and hold it for this process.
+    """Make the run folder and hold it for this process; gives the content of its ``config.toml``.
 
     ``config.toml``, what the result depends on, and copies of the files of the study (place in the folder -> file) are
     in it before any work starts.
 
-    Parameters
-    ----------
-    resume : bool
-        Continue a run of the same study (but for its stopping rule) by the same sources and versions.
-    force : bool
-        Replace an existing run, which is otherwise refused: its files are removed, and others stay.
-    keep_stale : bool
-        Resume although sources or versions differ. ``config.toml`` keeps those by which the run was begun, so that it
-        stays stale.
+    With `resume` a run of the same study (but for its stopping rule) by the same sources and versions is continued,
+    with `force` an existing run is replaced, which is otherwise refused: its files are removed, and others stay. With
+    `keep_stale` a run is resumed although sources or versions differ; ``config.toml`` keeps those by which it was
+    begun, and the time, so that it stays stale.
 
-    Yields
-    ------
-    dict
-        The content of ``config.toml``: of a run that is resumed, with the code and the time by which it was begun.
-
-    Raises
-    ------
-    InputError
-        For a run that cannot be resumed, with the first difference, and for a folder that is not free.
+    InputError for a run that cannot be resumed, with the first difference, and for a folder that is not free.
     """
     saved = saved_config(folder)
     if resume:
@@ -147,7 +134,9 @@ class TimedProgress:
 
     def __init__(self, folder: Path, progress: Progress):
         self.file, self.progress = folder / SECONDS, progress
-        self.before = _read_seconds(self.file)
+        self.before = 0.0
+        with suppress(OSError, ValueError, TypeError, KeyError):
+            self.before = float(json.loads(self.file.read_text(encoding="utf-8"))["seconds"])
         self.began = self.saved = time.perf_counter()
 
     @property
@@ -190,10 +179,3 @@ class RunContext:
     def formats(self) -> tuple[str, ...]:
         """Suffixes of figures."""
         return (".png", ".pdf") if self.pdf else (".png",)
-
-
-def _read_seconds(file: Path) -> float:
-    try:
-        return float(json.loads(file.read_text(encoding="utf-8"))["seconds"])
-    except (OSError, ValueError, TypeError, KeyError):
-        return 0.0

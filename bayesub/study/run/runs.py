@@ -129,13 +129,11 @@ def gallery(folder: Path) -> list[str]:
 
 def cards(studies: Iterable[Entry]) -> list[str]:
     """A table in Markdown with a cell a study: picture, name, question."""
-    cells = [_cell(study) for study in studies]
+    cells = []
+    for study in studies:
+        picture = f'<img src="{study.picture}" width="270" alt="{study.name}"><br>' if study.picture else ""
+        question = study.question.replace("<", "&lt;").replace("|", "\\|")
+        cells.append(f"[{picture}**{study.name}**]({study.page})<br>{question}")
     rows = [cells[k : k + COLUMNS] for k in range(0, len(cells), COLUMNS)]
     table = [f"|{' |' * COLUMNS}", f"|{' --- |' * COLUMNS}"]
     return table + [f"| {' | '.join(row + [''] * (COLUMNS - len(row)))} |" for row in rows]
-
-
-def _cell(study: Entry) -> str:
-    picture = f'<img src="{study.picture}" width="270" alt="{study.name}"><br>' if study.picture else ""
-    question = study.question.replace("<", "&lt;").replace("|", "\\|")
-    return f"[{picture}**{study.name}**]({study.page})<br>{question}"

@@ -36,21 +36,14 @@ USUAL = {  # default sensors of a trial: a Doppler log, gyros, attitude and dept
 
 
 class DesignFile(Section):
-    """Sensors of a trial that is to be designed, and what is known before; sections as in a study.
-
-    Attributes
-    ----------
-    free : the coefficients to infer; by default all that have a value
-    prior : by default normal, with a quarter of the value
-    disturbance : unmodelled forces, whose histories are integrated out
-    """
+    """Sensors of a trial that is to be designed, and what is known before; sections as in a study."""
 
     sensors: tuple[SensorSection, ...] = pydantic.Field(min_length=1)
-    free: FreeSection | None = None
-    prior: PriorSection | None = None
+    free: FreeSection | None = None  # the coefficients to infer; by default all that have a value
+    prior: PriorSection | None = None  # by default normal, with a quarter of the value
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
-    disturbance: DisturbanceSection | None = None
+    disturbance: DisturbanceSection | None = None  # unmodelled forces, whose histories are integrated out
 
     @pydantic.model_validator(mode="after")
     def _possible(self):
@@ -58,10 +51,8 @@ class DesignFile(Section):
             raise InputError("prior.centre 'perturbed' is a guess about a simulated truth; leave it out", "conflict")
         for name, one in self.nuisance.items():
             if one.value is not None:
-                raise InputError(
-                    f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out",
-                    "conflict",
-                )
+                text = f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out"
+                raise InputError(text, "conflict")
         return self
 
     def instruments(self) -> tuple[Sensor, ...]:
@@ -71,18 +62,11 @@ class DesignFile(Section):
     def judge(
         self, vehicle: Vehicle, family: Family, typical: Manoeuvre, source: Path | None, free: tuple[str, ...] = ()
     ) -> Judge:
-        """The judge of manoeuvres of a vehicle.
+        """The judge of manoeuvres of a vehicle; InputErrors begin with the file.
 
-        Parameters
-        ----------
-        family : of the trial, for its sub-problem and duration
-        typical : of which shares of the forces of the hull are taken, and the integration step
-        source : the file, from whose folder it names others
-        free : the coefficients to infer, if the file does not say
-
-        Raises
-        ------
-        InputError : begins with the file
+        `family`: of the trial, for its sub-problem and duration; `typical`: of which shares of the forces of the hull
+        are taken, and the integration step; `source`: the file, from whose folder it names others; `free`: the
+        coefficients to infer, if the file does not say.
         """
         with error_source("" if source is None else str(source)):
             folder = Path() if source is None else source.parent

@@ -59,32 +59,20 @@ Amount = Annotated[
 class DisturbanceSection(Section):
     """Unmodelled forces as random processes, whose histories are inferred.
 
-    Each axis has its own sd, in one of four ways. A number or a prior in place of a table is that of every axis that
-    the key is for.
-
-    Attributes
-    ----------
-    axes : of X Y Z K M N, and north and east for a current that varies in time
-    sd : axis -> non-dimensional sd: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the trial speed U
-    sd_n, sd_nm : axis -> sd of a force, N, and of a moment, N m
-    share : axis -> sd over the force of the hull on the manoeuvre (:func:`bayesub.model.disturbance.hull_force_rms`)
-    sd_mps : axis -> sd of the current, m/s
-    correlation_time_current_s : of the current, if it is not that of the forces
-    kind : of the forces, as of :class:`bayesub.model.disturbance.Disturbance`
-    knot_interval_s : time between the forces that are inferred; by default as of
-        :class:`bayesub.problem.disturbances.UnknownDisturbance`
+    Each axis has its own sd, in one of four ways: a table of them by axis. A number or a prior in place of a table is
+    that of every axis that the key is for.
     """
 
-    axes: tuple[str, ...]
-    sd: dict[str, Amount] | None = None
-    sd_n: dict[str, Amount] | None = None
-    sd_nm: dict[str, Amount] | None = None
-    share: dict[str, Amount] | None = None
-    sd_mps: dict[str, Amount] | None = None
+    axes: tuple[str, ...]  # of X Y Z K M N, and north and east for a current that varies in time
+    sd: dict[str, Amount] | None = None  # forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, U the trial speed
+    sd_n: dict[str, Amount] | None = None  # of a force, N
+    sd_nm: dict[str, Amount] | None = None  # of a moment, N m
+    share: dict[str, Amount] | None = None  # over the hull's own force (bayesub.model.disturbance.hull_force_rms)
+    sd_mps: dict[str, Amount] | None = None  # of the current, m/s
     correlation_time_s: Amount
-    correlation_time_current_s: Amount | None = None
-    kind: Literal["ornstein_uhlenbeck", "matern_3_2"] = "ornstein_uhlenbeck"
-    knot_interval_s: Positive | None = None
+    correlation_time_current_s: Amount | None = None  # of the current, if it is not that of the forces
+    kind: Literal["ornstein_uhlenbeck", "matern_3_2"] = "ornstein_uhlenbeck"  # of bayesub.model.disturbance.Disturbance
+    knot_interval_s: Positive | None = None  # between the forces that are inferred; by default UnknownDisturbance's
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -111,22 +99,19 @@ class DisturbanceSection(Section):
 
     @pydantic.model_validator(mode="after")
     def _one_sd_for_each_axis(self):
+        axes = " ".join(self.axes)
         for key, (suited, largest) in WAYS.items():
             values = getattr(self, key)
             if values is None:
                 continue
             if not values:
-                raise InputError(
-                    f"{key}: the axes {' '.join(self.axes)} have no {' '.join(suited)}; leave it out", "conflict"
-                )
+                raise InputError(f"{key}: the axes {axes} have no {' '.join(suited)}; leave it out", "conflict")
             for axis, value in values.items():
                 if axis in self.axes and axis not in suited:
-                    of = _UNITS.get(key, "of a force")
-                    raise InputError(
-                        f"{key} is {of}, and {axis} is {what(axis)}; give it in {_SUITED[axis]}", "conflict"
-                    )
+                    text = f"{key} is {_UNITS.get(key, 'of a force')}, and {axis} is {what(axis)}"
+                    raise InputError(f"{text}; give it in {_SUITED[axis]}", "conflict")
                 if axis not in self.axes:
-                    raise InputError(f"{key} has the axis '{axis}', and axes has {' '.join(self.axes)}", "conflict")
+                    raise InputError(f"{key} has the axis '{axis}', and axes has {axes}", "conflict")
                 number = value.median if isinstance(value, LogNormalPrior) else value
                 if number > largest:
                     hint = "; a force in newton is sd_n, a moment in newton metre is sd_nm" if key == "sd" else ""
@@ -142,11 +127,8 @@ class DisturbanceSection(Section):
                 raise InputError(f"axis {axis} has its sd in one of {others}; found {found}", "conflict")
         currents = [axis for axis in self.axes if axis in CURRENTS]
         if self.correlation_time_current_s is not None and len(currents) in (0, len(self.axes)):
-            raise InputError(
-                f"correlation_time_current_s is that of a current besides forces, and axes has {' '.join(self.axes)}; "
-                "give correlation_time_s alone",
-                "conflict",
-            )
+            text = f"correlation_time_current_s is that of a current besides forces, and axes has {axes}"
+            raise InputError(f"{text}; give correlation_time_s alone", "conflict")
         return self
 
     def units(self, simulators: Sequence[Simulator]) -> np.ndarray:
@@ -232,10 +214,8 @@ def true_parameters(disturbance: Disturbance, vehicle: Vehicle) -> dict[str, flo
 def in_words(disturbance: Disturbance, rms: np.ndarray | None = None, inferred: Container[str] = ()) -> str:
     """Sds and correlation time, such as ``sd X 1.2 N (1.5 % of the hull's), N about 0.5 N m, correlation time 4 s``.
 
-    Parameters
-    ----------
-    rms : (6,) forces of the hull, N and N m, of which the shares are given
-    inferred : axes, and names of correlation times, whose numbers are medians of priors
+    `rms` (6,): forces of the hull, N and N m, of which the shares are given; `inferred`: axes, and names of correlation
+    times, whose numbers are medians of priors.
     """
     parts = []
     for axis, sd in zip(disturbance.axes, disturbance.sds, strict=True):
@@ -277,10 +257,7 @@ def _built(amount: float | LogNormalPrior, factor: float = 1.0) -> float | prior
 
 def _positive(rms: float, axis: str) -> float:
     if not rms > 0.0:
+        what = f"disturbance: the hull's own {axis} is zero in this manoeuvre, and so is a share of it"
         way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
-        raise InputError(
-            f"disturbance: the hull's own {axis} is zero in this manoeuvre, and so is a share of it; give {way}",
-            "conflict",
-            f"disturbance.share.{axis}",
-        )
+        raise InputError(f"{what}; give {way}", "conflict", f"disturbance.share.{axis}")
     return rms

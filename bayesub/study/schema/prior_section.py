@@ -66,41 +66,30 @@ _WIDTHS = {
 
 
 class PriorSection(Section):
-    """The prior of the coefficients: a spread for all, and what is given of single ones.
+    """The prior of the coefficients: a spread for all, with a relative width by its kind, and what is given of some.
 
-    Attributes
-    ----------
-    kind : "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the relative
-        one of the rest
-    sd, half_width, log_sd : relative width of the spread, by its kind
-    by_axis : whether the unknown scale of a "relative_hierarchical" prior is one for each axis
-    centre : "vehicle", or "perturbed": a guess about the truth of a simulated trial
-    perturbation_sd : relative, of that guess
-    given : coefficient -> its own prior
-    table : CSV file of further ones with the columns coefficient, mean, sd; an sd of zero fixes the coefficient
-    correlations : two coefficients that are given by mean and sd, and their correlation
+    The kind "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the
+    relative one of the rest.
     """
 
     kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "relative_hierarchical", "vehicle"]
     sd: Positive | None = None
     half_width: Positive | None = None
     log_sd: LogSd | None = None
-    by_axis: bool = False
-    centre: Literal["vehicle", "perturbed"] = "vehicle"
-    perturbation_sd: Positive = 0.25
-    given: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
-    table: str | None = None
-    correlations: tuple[tuple[str, str, float], ...] = ()
+    by_axis: bool = False  # whether the unknown scale of a "relative_hierarchical" prior is one for each axis
+    centre: Literal["vehicle", "perturbed"] = "vehicle"  # perturbed: a guess about the truth of a simulated trial
+    perturbation_sd: Positive = 0.25  # relative, of that guess
+    given: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)  # coefficient -> its own prior
+    table: str | None = None  # CSV of further ones, columns coefficient, mean, sd; an sd of zero fixes the coefficient
+    correlations: tuple[tuple[str, str, float], ...] = ()  # of two coefficients that are given by mean and sd
 
     @pydantic.model_validator(mode="after")
     def _its_own_spread(self):
         wanted = _WIDTHS[self.kind]
         given = [key for key in dict.fromkeys(_WIDTHS.values()) if getattr(self, key) is not None]
         if given != [wanted] and (given or self.kind != "vehicle"):
-            raise InputError(
-                f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}",
-                "conflict" if given else "missing",
-            )
+            text = f"a {self.kind} prior needs '{wanted}', found {' and '.join(given) or 'nothing'}"
+            raise InputError(text, "conflict" if given else "missing")
         if self.by_axis and self.kind != "relative_hierarchical":
             raise InputError(f"by_axis is of a relative_hierarchical prior, found {self.kind}", "conflict")
         if self.kind != "vehicle":
@@ -112,11 +101,8 @@ class PriorSection(Section):
     ) -> tuple[priors.Spread | priors.Given, dict[str, float]]:
         """The prior of the coefficients, and the values of those that are fixed.
 
-        Parameters
-        ----------
-        centre : (n_terms,) where the spread is about
-        vehicle : its standard deviations are those of the kind "vehicle"
-        path : gives the path of a file that the study names
+        `centre` (n_terms,): where the spread is about; `vehicle`: its standard deviations are those of the kind
+        "vehicle"; `path`: gives the path of a file that the study names.
         """
         spread, of_vehicle, related = self._spread(centre, vehicle)
         names = vehicle.equations.names
@@ -136,19 +122,12 @@ class PriorSection(Section):
             options = {"by_axis": True} if self.by_axis else {}
             return getattr(priors, self.kind)(getattr(self, _WIDTHS[self.kind]), centre, **options), {}, ()
         if self.sd is None and not np.isfinite(vehicle.sd).any():
-            raise InputError(
-                f"prior: vehicle '{vehicle.name}' gives no coefficient an sd; write {{ value = .., sd = .. }} in its "
-                "file, or add the relative 'sd' of all",
-                "missing",
-                "prior.sd",
-            )
+            what = f"prior: vehicle '{vehicle.name}' gives no coefficient an sd; write {{ value = .., sd = .. }} in"
+            raise InputError(f"{what} its file, or add the relative 'sd' of all", "missing", "prior.sd")
         if self.centre == "perturbed" and vehicle.correlation is not None:
-            raise InputError(
-                f"prior: vehicle '{vehicle.name}' has correlations, which a centre that is perturbed coefficient by "
-                'coefficient contradicts; leave out centre = "perturbed"',
-                "conflict",
-                "prior.centre",
-            )
+            what = f"prior: vehicle '{vehicle.name}' has correlations, which a centre that is perturbed coefficient by"
+            remedy = 'leave out centre = "perturbed"'
+            raise InputError(f"{what} coefficient contradicts; {remedy}", "conflict", "prior.centre")
         otherwise = None if self.sd is None else priors.relative_normal(self.sd, centre)
         prior = priors.from_vehicle(vehicle, otherwise, centre)
         return prior.others, prior.priors, prior.correlations
@@ -163,9 +142,8 @@ def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:
         raise InputError(f"{path}: is empty; expected a header line coefficient,mean,sd", "format", "prior.table")
     (_, header), *rows = rows
     if header != ["coefficient", "mean", "sd"]:
-        raise InputError(
-            f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}", "format", "prior.table"
-        )
+        text = f"{path}: columns must be coefficient,mean,sd, found {','.join(header)}"
+        raise InputError(text, "format", "prior.table")
     priors_of, most = {}, toml_files.largest("mean")
     for line, (name, *cells) in rows:
         check_known(name, names, f"{path}: line {line}: unknown coefficient '{name}'")
@@ -176,25 +154,16 @@ def _table(path: Path, names: tuple[str, ...]) -> dict[str, PriorOfOne]:
         except ValueError:
             mean = sd = math.nan
         if not (abs(mean) <= most and 0 <= sd <= most):
-            raise InputError(
-                f"{path}: line {line}: mean and sd must be two numbers and sd not negative, at most {most:g}, found "
-                f"{', '.join(cells) or 'nothing'}",
-                "value",
-                "prior.table",
-            )
+            text = f"{path}: line {line}: mean and sd must be two numbers and sd not negative, at most {most:g}"
+            raise InputError(f"{text}, found {', '.join(cells) or 'nothing'}", "value", "prior.table")
         priors_of[name] = PriorOfOne(mean=mean, sd=sd) if sd > 0 else PriorOfOne(value=mean)
     return priors_of
 
 
 class NoiseSection(KindSection):
-    """Keys of all noise models of a channel; the others are those of its kind (:class:`bayesub.problem.noise.Noise`).
+    """Keys of all noise models of a channel; others are those of its kind (:class:`bayesub.problem.noise.Noise`)."""
 
-    Attributes
-    ----------
-    sd : in the unit of the column; by default that of noise and rounding of the sensor together
-    """
-
-    sd: Positive | None = None
+    sd: Positive | None = None  # in the unit of the column; by default that of noise and rounding of the sensor
 
     not_keys: ClassVar = ("sd",)
 

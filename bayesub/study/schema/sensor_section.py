@@ -55,20 +55,16 @@ class SensorSection(KindSection):
 
 
 class ControlSection(Section):
-    """How the log of a study has an actuator.
+    """How the log of a study has an actuator: its column, by default that of the vehicle.
 
-    Attributes
-    ----------
-    column : of the log; by default that of the vehicle
-    unit_deg, unit_n : degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative
-        if it counts the other way round. The limit of a fin is a hundred per cent by default.
-    zero : where the column stands when the actuator does nothing
+    Units are degrees of a fin, newtons of a thruster, in a unit of a column of counts and the like; negative if it
+    counts the other way round. The limit of a fin is a hundred per cent by default.
     """
 
     column: str | None = pydantic.Field(default=None, pattern=rf"^[A-Za-z][A-Za-z0-9_]*_({'|'.join(RAW_UNITS)})$")
     unit_deg: float | None = None
     unit_n: float | None = None
-    zero: float = 0.0
+    zero: float = 0.0  # where the column stands when the actuator does nothing
     commanded: bool = False
 
     @pydantic.model_validator(mode="after")
@@ -89,16 +85,10 @@ class ControlSection(Section):
         if native == "deg" and str(self.column).endswith("_percent") and np.isfinite(limit):
             return limit / 100.0
         if key is None:
-            raise InputError(
-                f"controls.{name}: its column ends with _{native} and has no other; leave column out",
-                "conflict",
-                f"controls.{name}.column",
-            )
-        raise InputError(
-            f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is",
-            "missing",
-            f"controls.{name}.{key}",
-        )
+            text = f"controls.{name}: its column ends with _{native} and has no other; leave column out"
+            raise InputError(text, "conflict", f"controls.{name}.column")
+        text = f"controls.{name}: {key} is missing; give a guess of how much one unit of {self.column} is"
+        raise InputError(text, "missing", f"controls.{name}.{key}")
 
 
 def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Vehicle:
@@ -113,11 +103,8 @@ def with_columns(vehicle: Vehicle, sections: Mapping[str, ControlSection]) -> Ve
             unit = section.unit(name, actuator.unit, actuator.limit)
             actuator = actuator.by_column(section.column, unit, section.zero)
         if section.commanded and actuator.rate is None:
-            raise InputError(
-                f"controls.{name}: answers a command at once; leave commanded out",
-                "conflict",
-                f"controls.{name}.commanded",
-            )
+            text = f"controls.{name}: answers a command at once; leave commanded out"
+            raise InputError(text, "conflict", f"controls.{name}.commanded")
         members[name] = replace(actuator, commanded=section.commanded)
     direct = vehicle.actuators.direct and all(section.column is None for section in sections.values())
     return replace(vehicle, actuators=replace(vehicle.actuators, members=tuple(members.values()), direct=direct))

@@ -23,7 +23,7 @@ from bayesub.study.provenance import copies, environment
 from bayesub.study.schema.disturbance_section import DisturbanceSection
 from bayesub.study.schema.prior_section import NoiseSection, PriorSection
 from bayesub.study.schema.sensor_section import ControlSection, SensorSection
-from bayesub.study.schema.trial_section import CheckSection, TrialKeys, TrialSection, check_names
+from bayesub.study.schema.trial_section import CheckSection, TrialKeys, TrialSection
 
 if TYPE_CHECKING:
     from bayesub.model.boats import Boats
@@ -34,22 +34,15 @@ _COMPUTE = ("bayesub.study.run.infer", "bayesub.study.run.prepare")  # what make
 
 
 class DerivedSection(Section):
-    """A quantity of a study's own.
+    """A quantity of a study's own, whose function takes boats, n of them (:class:`bayesub.model.boats.Boats`).
 
-    Attributes
-    ----------
-    name : ends with the unit, as in ``first_dive_m``
-    function : ``file.py:function``, the file relative to the study. The function takes boats, n of them
-        (:class:`bayesub.model.boats.Boats`), and returns n numbers, not a number where a boat has none. The file must
-        not need others beside it.
-    meaning : one sentence for the report
-    none : what is so of a boat that has no such value
+    The function returns n numbers, not a number where a boat has none. Its file must not need others beside it.
     """
 
-    name: str = pydantic.Field(pattern=r"^[a-z][a-z0-9_]*$")
-    function: str = pydantic.Field(pattern=r"^[^:]+\.py:[A-Za-z_]\w*$")
-    meaning: str = ""
-    none: str = "the function says so"
+    name: str = pydantic.Field(pattern=r"^[a-z][a-z0-9_]*$")  # ends with the unit, as in ``first_dive_m``
+    function: str = pydantic.Field(pattern=r"^[^:]+\.py:[A-Za-z_]\w*$")  # ``file.py:function``, relative to the study
+    meaning: str = ""  # one sentence for the report
+    none: str = "the function says so"  # what is so of a boat that has no such value
 
     @property
     def file(self) -> str:
@@ -59,23 +52,16 @@ class DerivedSection(Section):
     def build(self, vehicle: "Vehicle", path: Callable[[str], str], *, run_code: bool) -> "Quantity":
         """The quantity, whose function has been tried on the vehicle.
 
-        Parameters
-        ----------
-        path : where the file is, by its name in the study
-        run_code : whether the file may be run; if not it is parsed, and the function of the quantity gives nothing
-
-        Raises
-        ------
-        InputError : for a name that is taken, a function that is not there, and one that fails or returns something
-            else
+        `path`: where the file is, by its name in the study; `run_code`: whether the file may be run, if not it is
+        parsed, and the function of the quantity gives nothing. InputError for a name that is taken, a function that is
+        not there, and one that fails or returns something else.
         """
         from bayesub.model.boats import Boats  # they import numba, which a study file is read without
         from bayesub.model.quantities import QUANTITIES, Quantity
 
         if self.name in QUANTITIES:
-            raise InputError(
-                f"derived: '{self.name}' is built in and needs no function; give another name", "conflict", self.name
-            )
+            text = f"derived: '{self.name}' is built in and needs no function; give another name"
+            raise InputError(text, "conflict", self.name)
         file = Path(path(self.file))
         _check_parsed(file, self.function)
         if not run_code:
@@ -123,12 +109,8 @@ def _called(name: str, function: Callable, boats: "Boats") -> np.ndarray:
     except Exception as error:  # whatever a function of the user's raises
         raise InputError(f"derived: {name} fails: {_words(error)}", "value", name) from None
     if values.shape != (len(boats),):
-        raise InputError(
-            f"derived: {name} returns shape {values.shape} for {len(boats)} boats; return one number for each, "
-            f"({len(boats)},)",
-            "value",
-            name,
-        )
+        text = f"derived: {name} returns shape {values.shape} for {len(boats)} boats"
+        raise InputError(f"{text}; return one number for each, ({len(boats)},)", "value", name)
     return values
 
 
@@ -137,12 +119,7 @@ def _words(error: Exception) -> str:
 
 
 class FreeSection(Section):
-    """The coefficients that are inferred.
-
-    Attributes
-    ----------
-    coefficients : a sub-problem, "all", or names; those that are zero stay zero
-    """
+    """The coefficients that are inferred: a sub-problem, "all", or names; those that are zero stay zero."""
 
     coefficients: Literal["horizontal", "vertical", "all"] | tuple[str, ...]
 
@@ -154,34 +131,21 @@ class FreeSection(Section):
 
 
 class BaselinesSection(Section):
-    """The deterministic methods to compare with.
+    """The deterministic methods to compare with."""
 
-    Attributes
-    ----------
-    linear_least_squares : of a simulated trial only: it takes the motion without noise, and nuisance parameters have no
-        part in it
-    sqp_starts : searches from random starts, of the coefficients and of the nuisance parameters that move the readings
-    """
-
+    # Of a simulated trial only: it takes the motion without noise, and nuisance parameters have no part in it
     linear_least_squares: bool = True
+    # Searches from random starts, of the coefficients and of the nuisance parameters that move the readings
     sqp_starts: int = pydantic.Field(default=5, ge=0, le=1000)
 
 
 class SamplerSection(Section):
-    """Size of the sampler, and its stopping rule.
-
-    Attributes
-    ----------
-    n_walkers : walkers of each ensemble; by default that of :func:`bayesub.sample`
-    max_steps : the run ends here, converged or not
-    max_misfit : median residual of a channel at the posterior mode, over its noise, above which nothing is sampled
-    rhat, ess, taus : as in :class:`bayesub.Criteria`
-    """
+    """Size of the sampler, and its stopping rule; `rhat`, `ess` and `taus` are as in :class:`bayesub.Criteria`."""
 
     n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
-    n_walkers: int | None = pydantic.Field(default=None, ge=4, le=4096)
-    max_steps: int = pydantic.Field(default=20_000, ge=100)
-    max_misfit: Positive = 4.0
+    n_walkers: int | None = pydantic.Field(default=None, ge=4, le=4096)  # of each; by default that of bayesub.sample
+    max_steps: int = pydantic.Field(default=20_000, ge=100)  # the run ends here, converged or not
+    max_misfit: Positive = 4.0  # median residual of a channel at the mode, over its noise; above it nothing is sampled
     rhat: float = pydantic.Field(default=1.01, gt=1.0)
     ess: Positive = 400.0
     taus: Positive = 25.0
@@ -244,12 +208,14 @@ class Study(TrialKeys):
             if not sections:
                 raise InputError(f"give at least one of [[sensors]]{of}", "missing")
             if trial.data is not None and self.prior.centre == "perturbed":
-                raise InputError(
-                    "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'; leave it "
-                    "out, the centre is then the vehicle file",
-                    "conflict",
-                )
-        check_names([check.name for check, _ in self.each_check()], names)
+                what = "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'"
+                raise InputError(f"{what}; leave it out, the centre is then the vehicle file", "conflict")
+        checks = [check.name for check, _ in self.each_check()]
+        for name in checks:
+            if checks.count(name) > 1:
+                raise InputError(f"two checks are named '{name}'; give each its own name", "conflict")
+            if name in names:
+                raise InputError(f"a check and a trial are named '{name}'; give the check another name", "conflict")
         for check, sections in self.each_check():
             if not sections:
                 raise InputError(f"give at least one of [[sensors]] for check '{check.name}'", "missing")

@@ -38,21 +38,14 @@ UNREAD_DRIFT = np.radians(10.0)
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial of a study.
+    """One trial of a study."""
 
-    Attributes
-    ----------
-    manoeuvre : the controls that were flown
-    nuisance : name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included
-    truth : the motion behind a simulated trial
-    n_left_out : readings of the log before its first or after its last control
-    """
-
-    manoeuvre: Manoeuvre
+    manoeuvre: Manoeuvre  # the controls that were flown
     record: Record
+    # Name (:mod:`bayesub.problem.nuisance`) -> prior, the unknown start of a log included
     nuisance: dict[str, priors.Prior] = field(default_factory=dict)
-    truth: Trajectory | None = None
-    n_left_out: int = 0
+    truth: Trajectory | None = None  # the motion behind a simulated trial
+    n_left_out: int = 0  # readings of the log before its first or after its last control
 
 
 def read_trial(
@@ -128,12 +121,8 @@ def read_trial(
     for channel in record.channels:
         if not QUANTITIES[channel.quantity].changes(moving):
             column = log_files.HEADERS[channel.quantity]
-            raise InputError(
-                f"{path}: '{column}' does not change in the {subproblem} sub-problem; leave out its sensor and put the "
-                "column under ignore",
-                "conflict",
-                column,
-            )
+            what = f"{path}: '{column}' does not change in the {subproblem} sub-problem"
+            raise InputError(f"{what}; leave out its sensor and put the column under ignore", "conflict", column)
     initial = straight_and_level(vehicle)
     initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
     for start, ((short, factor),) in ((name, entry.items()) for name, entry in INITIAL.items()):
@@ -150,11 +139,8 @@ def read_trial(
             unknown[start] = priors.normal(*(float(x) / factor for x in about))
         initial[log_files.STATES.index(state)] = factor * unknown[start].mean[0]
     for start in known:
-        raise InputError(
-            f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out",
-            "conflict",
-            f"nuisance.{start}",
-        )
+        text = f"nuisance.{start}: a value is for the start, of a state that the readings depend on; leave it out"
+        raise InputError(text, "conflict", f"nuisance.{start}")
     others = {"subproblem": subproblem, "prescribed": tuple(followed), "commanded": commanded}
     manoeuvre = of_inputs(name or path.stem, times, inputs, rpm, initial, vehicle, **others)
     return Trial(manoeuvre, record, unknown, n_left_out=whole.n_readings - record.n_readings)
@@ -166,12 +152,8 @@ def _within_window(log, window, path) -> dict[str, np.ndarray]:
     rows = (log["time"] >= begin) & (log["time"] <= end)
     if rows.sum() < 2:
         first, last = log["time"][[0, -1]]
-        raise InputError(
-            f"{path}: window_s [{begin:g}, {end:g}] holds {rows.sum()} rows of a log from {first:g} to {last:g} s; "
-            "give two of its times",
-            "data",
-            "window_s",
-        )
+        what = f"{path}: window_s [{begin:g}, {end:g}] holds {rows.sum()} rows of a log from {first:g} to {last:g} s"
+        raise InputError(f"{what}; give two of its times", "data", "window_s")
     return {name: cells[rows] for name, cells in log.items()}
 
 
@@ -180,34 +162,27 @@ def _prescribed(angle, record, subproblem, path) -> Prescribed:
     check(angle, subproblem)
     state = STATES[angle][0]
     channel = next((channel for channel in record.channels if channel.state == state), None)
+    column, what = log_files.HEADERS[state], f"{path}: {angle} is prescribed, and no"
     if channel is None:
-        raise InputError(
-            f"{path}: {angle} is prescribed, and no sensor reads '{log_files.HEADERS[state]}'; add one",
-            "missing",
-            log_files.HEADERS[state],
-        )
+        raise InputError(f"{what} sensor reads '{column}'; add one", "missing", column)
     if len(record.channels) == 1:
-        raise InputError(
-            f"{path}: {angle} is prescribed, and no other sensor is left to be fitted; add one", "missing", "sensors"
-        )
+        raise InputError(f"{what} other sensor is left to be fitted; add one", "missing", "sensors")
     return smoothed(angle, channel.times, channel.values, channel.total_sd)
 
 
 def _controls(log, commanded, vehicle, path, max_gap):
     """Start (s of the log), times (n,) from zero, values (n, n_actuators) of the actuators and rpm (n,)."""
-    cells = {}
+    cells, columns = {}, {name: log_files.HEADERS.get(name, name) for name in vehicle.inputs}
     for name in vehicle.inputs:
         if name in log:
             given = np.isfinite(log[name])
             if given.sum() < 2:
-                column = log_files.HEADERS.get(name, name)
-                raise InputError(
-                    f"{path}: control column '{column}' needs two cells at least; delete it if unused", "data", column
-                )
+                text = f"{path}: control column '{columns[name]}' needs two cells at least; delete it if unused"
+                raise InputError(text, "data", columns[name])
             cells[name] = log["time"][given], log[name][given]
     values_of_log(vehicle.actuators, log, len(log["time"]), str(path))  # refuses controls of another boat
     if not cells:
-        expected = ", ".join(log_files.HEADERS.get(name, name) for name in vehicle.inputs)
+        expected = ", ".join(columns.values())
         raise InputError(f"{path}: has no control column; expected some of {expected}", "missing", expected)
     begin, end = max(times[0] for times, _ in cells.values()), min(times[-1] for times, _ in cells.values())
     if not begin < end:
@@ -216,13 +191,9 @@ def _controls(log, commanded, vehicle, path, max_gap):
         long = (np.diff(times) > max_gap) & (times[1:] > begin) & (times[:-1] < end)
         if long.any():
             k = np.flatnonzero(long)[0]
-            raise InputError(
-                f"{path}: control column '{log_files.HEADERS.get(name, name)}' has a gap from {times[k]:.6g} to "
-                f"{times[k + 1]:.6g} s; cut the log there, or "
-                f"raise max_control_gap_s ({max_gap:.3g}) if a straight line is what was flown",
-                "data",
-                log_files.HEADERS.get(name, name),
-            )
+            what = f"{path}: control column '{columns[name]}' has a gap from {times[k]:.6g} to {times[k + 1]:.6g} s"
+            remedy = f"raise max_control_gap_s ({max_gap:.3g}) if a straight line is what was flown"
+            raise InputError(f"{what}; cut the log there, or {remedy}", "data", columns[name])
     times = np.unique(np.concatenate([times for times, _ in cells.values()]))
     times = times[(times >= begin) & (times <= end)]
     joined = {name: (_held if name in commanded else np.interp)(times, *cell) for name, cell in cells.items()}
@@ -269,11 +240,8 @@ def _start(state, record, nuisance, initial, vehicle, path) -> tuple[float, floa
         return value, float(np.linalg.norm([sd * WIDENED, drift, *_by_current(rough[0], nuisance, vehicle), *late]))
     if not channels:
         if state == "psi":
-            raise InputError(
-                f"{path}: no sensor measures the heading, and the readings depend on it; give nuisance.yaw0_deg",
-                "missing",
-                "nuisance.yaw0_deg",
-            )
+            text = f"{path}: no sensor measures the heading, and the readings depend on it; give nuisance.yaw0_deg"
+            raise InputError(text, "missing", "nuisance.yaw0_deg")
         turn = UNREAD_TURN * vehicle.speed_mps / vehicle.length_m
         rough_sd = UNREAD_SPEED * vehicle.speed_mps if state in "uvw" else turn if state in "pqr" else UNREAD_TILT
         return initial[log_files.STATES.index(state)], rough_sd

@@ -1,7 +1,7 @@
 """Trials in study files: simulated and measured, or read from a log; and logs that the posterior is to predict."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -28,47 +28,27 @@ if TYPE_CHECKING:
 
 
 class TruthSection(Section):
-    """What only the simulated trial knows; biases are with the sensors.
+    """What only the simulated trial knows; biases are with the sensors."""
 
-    Attributes
-    ----------
-    current_mps : constant current to the north and to the east
-    actuators : what is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value
-    disturbance : forces that the equations leave out
-    """
-
-    current_mps: tuple[float, float] = (0.0, 0.0)
+    current_mps: tuple[float, float] = (0.0, 0.0)  # constant, to the north and to the east
+    # What is wrong with the log of the actuators: nuisance parameter, such as ``delay_rudder_s`` -> value
     actuators: dict[str, float] = pydantic.Field(default_factory=dict)
-    disturbance: TrueDisturbanceSection | None = None
+    disturbance: TrueDisturbanceSection | None = None  # forces that the equations leave out
 
 
 class TrialKeys(Section):
-    """The source of the readings of a trial: a manoeuvre to simulate, or a log.
+    """The source of the readings of a trial: a manoeuvre to simulate, or a log, to which the other keys belong."""
 
-    Attributes
-    ----------
-    manoeuvre : built-in name or path, to be simulated
-    data : path of a log
-    subproblem : plane that a log keeps to
-    clock_offset_s : how far the clock of the readings of a log is ahead of that of its controls
-    max_control_gap_s : longest time between two cells of a control of a log
-    ignore : columns of a log that are not used
-    prescribed : angles that the boat follows as a log has them, pitch or yaw
-    window_s : first and last time of the part of a log that is used
-    interval_s : at most one reading of each channel of a log is used in this time
-    trust_log : whether a log is fitted although its columns contradict each other
-    """
-
-    manoeuvre: str | None = None
-    data: str | None = None
-    subproblem: Literal["horizontal", "vertical"] | None = None
-    clock_offset_s: float | None = None
-    max_control_gap_s: Positive | None = None
-    ignore: tuple[str, ...] | None = None
-    prescribed: tuple[Literal["pitch", "yaw"], ...] | None = None
-    window_s: tuple[float, float] | None = None
-    interval_s: Positive | None = None
-    trust_log: bool | None = None
+    manoeuvre: str | None = None  # built-in name or path, to be simulated
+    data: str | None = None  # path of a log
+    subproblem: Literal["horizontal", "vertical"] | None = None  # plane that it keeps to
+    clock_offset_s: float | None = None  # how far the clock of its readings is ahead of that of its controls
+    max_control_gap_s: Positive | None = None  # longest time between two cells of a control
+    ignore: tuple[str, ...] | None = None  # columns that are not used
+    prescribed: tuple[Literal["pitch", "yaw"], ...] | None = None  # angles that the boat follows as the log has them
+    window_s: tuple[float, float] | None = None  # first and last time of the part that is used
+    interval_s: Positive | None = None  # at most one reading of each channel is used in this time
+    trust_log: bool | None = None  # whether it is fitted although its columns contradict each other
     nuisance: dict[str, PriorOfOne] = pydantic.Field(default_factory=dict)
     truth: TruthSection = TruthSection()
 
@@ -82,10 +62,8 @@ class TrialKeys(Section):
     def _one_source(self):
         given = [key for key in self.SOURCES if getattr(self, key) is not None]
         if len(given) != 1:
-            raise InputError(
-                f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}",
-                "conflict" if given else "missing",
-            )
+            text = f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}"
+            raise InputError(text, "conflict" if given else "missing")
         if self.data is None:
             for key in self.OF_DATA:
                 if getattr(self, key) is not None and given == ["trials"]:
@@ -94,9 +72,8 @@ class TrialKeys(Section):
                     raise InputError(f"{key} is for 'data'; leave it out", "conflict")
         has_truth = any(self.truth.current_mps) or self.truth.actuators or self.truth.disturbance is not None
         if self.manoeuvre is None and has_truth:
-            raise InputError(
-                f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out", "conflict"
-            )
+            text = f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out"
+            raise InputError(text, "conflict")
         return self
 
     def build(
@@ -117,14 +94,10 @@ class TrialKeys(Section):
         from bayesub.study.schema.trial_log import read_trial
 
         for k, section in enumerate(sections):
-            for key in FAULTS:
-                if getattr(section, key, None):
-                    raise InputError(
-                        f"sensors.{k}.{key}: is of simulated readings, and contradicts 'data'; leave it out (an "
-                        "unknown bias is for [nuisance], outliers are for [noise])",
-                        "conflict",
-                        f"sensors.{k}.{key}",
-                    )
+            for fault in (f"sensors.{k}.{key}" for key in FAULTS if getattr(section, key, None)):
+                what = f"{fault}: is of simulated readings, and contradicts 'data'; leave it out"
+                remedy = "an unknown bias is for [nuisance], outliers are for [noise]"
+                raise InputError(f"{what} ({remedy})", "conflict", fault)
         ahead = self.clock_offset_s or 0.0
         built = [sensor for section in sections for sensor in section.build()]
         known = {name: one.value for name, one in nuisance.items() if one.value is not None and name in INITIAL}
@@ -190,10 +163,8 @@ class TrialSection(TrialKeys):
     def _not_of_the_body(self):
         for name in self.nuisance:
             if name in BODY or name == PROPELLER:
-                raise InputError(
-                    f"nuisance '{name}' is of the body, the same in all {self.PLURAL}; give it in [nuisance]",
-                    "conflict",
-                )
+                text = f"nuisance '{name}' is of the body, the same in all {self.PLURAL}; give it in [nuisance]"
+                raise InputError(text, "conflict")
         return self
 
 
@@ -215,25 +186,19 @@ def read_instruments(name: str | Path) -> InstrumentsFile:
 
 def _prior(name: str, section: PriorOfOne) -> Prior:
     if section.value is not None:
-        raise InputError(
-            f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out",
-            "conflict",
-            f"nuisance.{name}",
-        )
+        text = f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out"
+        raise InputError(text, "conflict", f"nuisance.{name}")
     return section.build()
 
 
 class CheckSection(TrialSection):
-    """A log that is not fitted, or a manoeuvre to be simulated; with all keys of a trial.
+    """A log that is not fitted, or a manoeuvre to be simulated; with all keys of a trial."""
 
-    Attributes
-    ----------
-    name : unique in the study; by default that of the file
-    warm_up_s : time from its start in which its readings say what the fit does not know of this log: start, current,
-        biases of sensors. By default four ship lengths travelled, longer if they have few readings.
-    """
-
-    name: str = pydantic.Field(default="", pattern=r"^[A-Za-z0-9_-]*$")
+    name: str = pydantic.Field(
+        default="", pattern=r"^[A-Za-z0-9_-]*$"
+    )  # unique in the study; that of the file if empty
+    # Time from its start in which its readings say what the fit does not know of this log: start, current, biases of
+    # sensors. By default four ship lengths travelled, longer if they have few readings
     warm_up_s: Positive | None = None
 
     PLURAL: ClassVar = "logs"
@@ -258,13 +223,3 @@ class CheckSection(TrialSection):
         if not len(unseen.own(fitted)):
             return unseen
         return UnseenTrial(self.name, problem, warm_up(problem, self.warm_up_s))
-
-
-def check_names(names: Iterable[str], trials: Iterable[str]) -> None:
-    """Raise ValueError for a name that two checks have, or a check and a trial."""
-    names, trials = list(names), list(trials)
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"two checks are named '{name}'; give each its own name", "conflict")
-        if name in trials:
-            raise InputError(f"a check and a trial are named '{name}'; give the check another name", "conflict")

@@ -83,7 +83,8 @@ def predicted(fitted, unseen, rng):
     residuals = fitted.quantile_residuals(draws[:100], rng)
     times = {name: fitted.channels[name][0].times for name in residuals}
     fits = criticise(residuals, times).fits
-    return predict(unseen, parameters, rng, own=own, warm_up=WARM_UP), fits
+    parameters = given_warm_up(unseen, parameters, rng, own, WARM_UP)
+    return predict(unseen, parameters, rng, warm_up=WARM_UP), fits
 
 
 @pytest.mark.slow

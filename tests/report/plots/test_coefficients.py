@@ -15,7 +15,7 @@ def test_the_median_of_a_narrow_box_is_drawn_and_not_left_white():
     quantiles = 1.0 + special.ndtri(coefficients.QUANTILES)[:, None] * sds
     prior = SimpleNamespace(sd=np.full(2, 0.25), quantiles=lambda p: 1.0 + 0.25 * special.ndtri(p) * np.ones(2))
     axis = Figure().subplots()
-    coefficients.intervals(axis, np.arange(2), quantiles, prior, np.ones(2), lying=True)
+    coefficients.intervals(axis, np.arange(2), quantiles, prior, np.ones(2))
     wide, narrow = (line for line in axis.lines if line.get_marker() == "|")
     assert same_color(wide.get_color(), "white")
     assert same_color(narrow.get_color(), style.POSTERIOR)
