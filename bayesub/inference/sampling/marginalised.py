@@ -167,7 +167,7 @@ class Marginalised:
             changes += slopes @ slopes.T
         squares, vectors = np.linalg.eigh(changes)
         n_active = max(n for n in range(_MOST_ACTIVE + 1) if n == 0 or _DRAWS * self._n_features(n) <= len(others))
-        n_active = min(n_active, np.count_nonzero(squares > _ACTIVE**2))
+        n_active = min(n_active, int(np.count_nonzero(squares > _ACTIVE**2)))
         self._active = vectors[:, len(vectors) - n_active :]
         features = self._features(others)
         for response, (pieces, forces, bends, scales) in zip(self._responses, learned, strict=True):
