@@ -21,6 +21,24 @@ SHARE, TIME_S = 0.015, 4.0  # sd of the forces over the rms of the hull's, and t
 START = (1.75, 0.02)  # mean and sd of the speed at the start, m/s
 PRIOR_SD = 0.25
 NOISE = {"x_m": 0.1, "y_m": 0.1, "heading_deg": 0.1, "u_mps": 0.005, "v_mps": 0.005, "r_degps": 0.05}
+# As a person would write it who has the log and knows the sensors, and of the forces next to nothing.
+STUDY = f"""
+name = "stranger"
+question = "coverage"
+seed = 1
+vehicle = "{VEHICLE}"
+data = "log.csv"
+subproblem = "horizontal"
+sensors = [{", ".join(f'{{ kind = "sensor", column = "{column}", sd = {sd} }}' for column, sd in NOISE.items())}]
+free = {{ coefficients = "horizontal" }}
+prior = {{ kind = "relative_normal", sd = {PRIOR_SD}, centre = "vehicle" }}
+nuisance = {{ u0_mps = {{ mean = {START[0]}, sd = {START[1]} }} }}
+baselines = {{ sqp_starts = 0 }}
+[disturbance]
+axes = ["X", "Y", "N"]
+sd = {{ median = 0.0001, log_sd = 1.5 }}
+correlation_time_s = {{ median = 5.0, log_sd = 0.7 }}
+"""
 _FASTEST = 10.0  # m/s and rad/s: a boat beyond has not completed
 
 # Coefficient -> power of the length by which it is made dimensional. Accelerations, velocities, and the rudder.
@@ -172,7 +190,7 @@ def pushes(rng: np.random.Generator, n_times: int, sds: np.ndarray) -> np.ndarra
     return values * sds
 
 
-def stranger(rng: np.random.Generator, demands=STAIRS, duration_s: float = DURATION_S) -> tuple[dict, str, int]:
+def boat_and_log(rng: np.random.Generator, demands=STAIRS, duration_s: float = DURATION_S) -> tuple[dict, str, int]:
     """True coefficients, the text of the log, and how many boats before this one did not complete."""
     vehicle = Boat()
     times = STEP_S * np.arange(round(duration_s / STEP_S) + 1)
