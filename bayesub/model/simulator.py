@@ -336,6 +336,7 @@ class Simulator:
         Their cost grows with the duration and not with the number of knots. The knots are at least a step apart.
         """
         knots, states = self.knots, MOVING[self.subproblem]
+        assert knots is not None
         flight = self._flight(xi, body, initial, amounts)
         n_axes, n_knots, n_states = len(knots.axes), len(knots.times), len(states)
         if self._hats is None:

@@ -3,11 +3,12 @@
 A force that the equations leave out is a stationary random process (:class:`bayesub.model.disturbance.Disturbance`)
 on each of some axes. It enters the simulation linear between knots. The forces at the knots are those whose broken line
 is nearest to the process in least squares, not the values of the process there: a broken line through these would lack
-the impulse of what happens in between, which is a third of all of it when knots are half a correlation time apart. What
-the broken line lacks has no inner product with any hat.
+the impulse of what happens in between, which is a third of all of it when knots are half a correlation time apart.
+What the broken line lacks has no inner product with any hat.
 
-The parameters are white coordinates w of these forces (:mod:`bayesub.problem.innovations`): standard normal whatever the
-sd and the correlation time are, and independent. Where readings do not tell the forces, the posterior of w is the prior.
+The parameters are white coordinates w of these forces (:mod:`bayesub.problem.innovations`): standard normal whatever
+the sd and the correlation time are, and independent. Where the readings say nothing about the forces, the posterior of
+w is the prior.
 """
 
 from collections.abc import Mapping
@@ -313,5 +314,34 @@ class History:
         return self.disturbances.innovations(parameters[:, self.process])
 
     def response(self, parameters: np.ndarray) -> Pieces:
-        """How the residuals of the trial follow the forces, at parameters (n_params,)."""
-        return self.trial.response(parameters[self.places])
+        """How the residuals of the trial follow the forces, at parameters (n_params,): pieces of one term.
+
+        A residual may depend on two successive readings of its channel. The one before is part of the state then.
+        """
+        trial = self.trial
+        sets, values = trial.arguments(parameters[None, self.places])
+        ends, by_reading, numbers = trial.forward.pieces(sets, values)
+        n, n_pieces, n_states = len(trial.readings), len(ends), ends.shape[1]
+        # What each residual takes of its own reading and of the one before.
+        odd = np.concatenate([np.arange(part.stop - part.start) % 2 for part in trial.rows.values()])
+        weights = trial.likelihood.weighed(
+            trial.weighing(sets, values), values, np.column_stack([odd == 0, odd == 1]).astype(float)
+        )
+        own, before = weights[np.arange(n), odd], weights[np.arange(n), 1 - odd]
+        rows = np.zeros((trial.n_rows, by_reading.shape[1]))
+        rows[:n] = own[:, None] * by_reading
+        for part in trial.rows.values():
+            follows = np.arange(part.start, part.stop)[before[part] != 0.0]
+            if not len(follows):
+                continue
+            same = numbers[follows] == numbers[follows - 1]
+            rows[follows[same]] += before[follows[same], None] * by_reading[follows[same] - 1]
+            ends, rows, by_reading = (np.insert(array, n_states, 0.0, axis=-1) for array in (ends, rows, by_reading))
+            rows[follows[~same], n_states] = before[follows[~same]]
+            last = np.zeros((n_pieces, 1, rows.shape[1]))
+            last[:, 0, n_states] = 1.0
+            reads, places = np.unique(numbers[part][::-1], return_index=True)
+            last[reads, 0] = by_reading[part][::-1][places]
+            ends, n_states = np.concatenate([ends, last], axis=1), n_states + 1
+        order = np.argsort(numbers, kind="stable")
+        return Pieces(ends[None], rows[None], order, np.searchsorted(numbers[order], np.arange(n_pieces + 1)))

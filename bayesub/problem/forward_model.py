@@ -119,7 +119,6 @@ class Currents:
                 slopes[:, k] += by_steady[:, towards, 0]
         return slopes
 
-
     def pieces(
         self,
         measurement: MeasurementModel,
@@ -380,6 +379,7 @@ class ForwardModel:
         if not of_nuisances or not len(self.nuisances):
             return self._scaled(slopes, values)
         at: Any = None if times is None else times[0]
+        assert effects is not None
         by_nuisances = currents.slopes(self.measurement, outputs, values, at, water, arms)
         if moved:
             by_nuisances[:, self.others] += slopes[:, len(names) :] @ effects[:, self.others]
@@ -441,9 +441,7 @@ class ForwardModel:
             member = None if water is None else water.member(0)
             rows[:, own_columns] = self.measurement.slopes(pieces.outputs, outputs, member, arms)
         if towards:
-            by_current, moved = self.currents.pieces(
-                self.measurement, outputs, values, times, numbers, bounds, arms
-            )
+            by_current, moved = self.currents.pieces(self.measurement, outputs, values, times, numbers, bounds, arms)
             for n, k in enumerate(towards):
                 of_one = np.concatenate([[n_moved + n], columns([k])])
                 ends[:, n_moved + n, of_one], rows[:, of_one] = moved[:, n], by_current[:, n]

@@ -1,8 +1,8 @@
 """Forces at knots as sequences that cost as much as they are long: the innovations form of a broken line.
 
-The broken line nearest to a process (least squares) has at equidistant knots the values ``c = g^-1 m``, with m the means
-of the process under hats and g the Gram matrix of these, 1/6, 2/3, 1/6. As the process is autoregressive in continuous
-time, c is an autoregressive moving average: its autocorrelations
+The broken line nearest to a process (least squares) has at equidistant knots the values ``c = g^-1 m``, with m the
+means of the process under hats and g the Gram matrix of these, 1/6, 2/3, 1/6. As the process is autoregressive in
+continuous time, c is an autoregressive moving average: its autocorrelations
 
     gamma_d = sum of (C a^d, of a smooth process (C + C' d) a^d) + (D + D' d) b^d,    b = sqrt(3) - 2,
 
@@ -11,8 +11,8 @@ state of
 
     c_j = p_j[0] + root_j w_j,    p_j+1 = T p_j + gain_j w_j,    w standard normal and white,
 
-where T moves predictions up by one, and predicts the last by the autoregression (Brockwell & Davis 1991, section 5.2, in
-the recursion of Faurre). So w is as long as c, and c is stationary from its first knot on.
+where T moves predictions up by one, and predicts the last by the autoregression (Brockwell & Davis 1991, section 5.2,
+in the recursion of Faurre). So w is as long as c, and c is stationary from its first knot on.
 """
 
 import numpy as np
@@ -53,11 +53,12 @@ def innovations(kind: str, interval: float, n_knots: int, times: np.ndarray, n_l
     # The terms of gamma at lags from zero, and what g g makes of them.
     lag = np.arange(n_lags + 2)
     powers = np.stack([decay[:, None] ** lag, np.broadcast_to(_POLE**lag, (len(times), len(lag)))], axis=-1)
-    terms = [powers[..., 0], powers[..., 1], lag * powers[..., 1], *([lag * powers[..., 0]] * (order == 2))]
-    terms = np.stack(terms, axis=-1)  # (n, n_lags + 2, n_terms)
+    parts = [powers[..., 0], powers[..., 1], lag * powers[..., 1], *([lag * powers[..., 0]] * (order == 2))]
+    terms = np.stack(parts, axis=-1)  # (n, n_lags + 2, n_terms)
     square = np.convolve(_GRAM, _GRAM)
     equations = sum(
-        weight * terms[:, np.abs(np.arange(n_terms) + shift)] for shift, weight in zip(range(-2, 3), square, strict=True)
+        weight * terms[:, np.abs(np.arange(n_terms) + shift)]
+        for shift, weight in zip(range(-2, 3), square, strict=True)
     )
     gamma = np.einsum("ndt,nt->nd", terms, np.linalg.solve(equations, of_means[..., None])[..., 0])
     # (1 - a B)^order (1 - b B)^2, whose coefficients predict.

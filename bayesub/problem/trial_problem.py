@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.kernels.kalman import Pieces, respond
+from bayesub.kernels.kalman import respond
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.trajectory import Trajectory
 from bayesub.problem.base import Costs, PosteriorDensity, coefficient_names, of_readings
@@ -267,7 +267,7 @@ class TrialProblem(FlownTrial):
         forces = np.zeros((n_axes, n_knots, n_axes, n_knots))
         for a, factor in enumerate(factors):
             forces[a, :, a] = factor.T
-        by_white = respond(self.response(parameters), forces.reshape(-1, n_axes, n_knots))
+        by_white = respond(history.response(parameters), forces.reshape(-1, n_axes, n_knots))
         jacobian[:, history.columns] = by_white.T
         return jacobian
 
@@ -275,7 +275,7 @@ class TrialProblem(FlownTrial):
         """(n_rows, n_others) :meth:`jacobian` without columns of white coordinates of forces."""
         self.costs.jacobians += 1
         sets, values = self.arguments(np.atleast_2d(parameters))
-        predicted = self._weighing(sets, values)
+        predicted = self.weighing(sets, values)
         slopes = self.forward.slopes(sets, values, self.names[: self.n_coefficients], of_nuisances=bool(self.inferred))
         if self.fixed_nuisances is not None and self.inferred:
             kept = np.searchsorted(self.forward.others, self.inferred)
@@ -290,40 +290,8 @@ class TrialProblem(FlownTrial):
         if not len(history.process):
             return jacobian
         own = parameters[np.concatenate([history.process, history.columns])][None]
-        by_process = respond(self.response(parameters), history.disturbances.slopes(own)).T
+        by_process = respond(history.response(parameters), history.disturbances.slopes(own)).T
         return np.insert(jacobian, [history.process[0]] * len(history.process), by_process, axis=1)
-
-    def response(self, parameters: np.ndarray) -> Pieces:
-        """How the residuals follow forces at knots, at parameters (n_params,): pieces of one term.
-
-        A residual may depend on two successive readings of its channel. The one before is part of the state then.
-        """
-        sets, values = self.arguments(parameters[None])
-        ends, by_reading, numbers = self.forward.pieces(sets, values)
-        n, n_pieces, n_states = len(self.readings), len(ends), ends.shape[1]
-        # What each residual takes of its own reading and of the one before.
-        odd = np.concatenate([np.arange(part.stop - part.start) % 2 for part in self.rows.values()])
-        weights = self.likelihood.weighed(
-            self._weighing(sets, values), values, np.column_stack([odd == 0, odd == 1]).astype(float)
-        )
-        own, before = weights[np.arange(n), odd], weights[np.arange(n), 1 - odd]
-        rows = np.zeros((self.n_rows, by_reading.shape[1]))
-        rows[:n] = own[:, None] * by_reading
-        for part in self.rows.values():
-            follows = np.arange(part.start, part.stop)[before[part] != 0.0]
-            if not len(follows):
-                continue
-            same = numbers[follows] == numbers[follows - 1]
-            rows[follows[same]] += before[follows[same], None] * by_reading[follows[same] - 1]
-            ends, rows, by_reading = (np.insert(array, n_states, 0.0, axis=-1) for array in (ends, rows, by_reading))
-            rows[follows[~same], n_states] = before[follows[~same]]
-            last = np.zeros((n_pieces, 1, rows.shape[1]))
-            last[:, 0, n_states] = 1.0
-            reads, places = np.unique(numbers[part][::-1], return_index=True)
-            last[reads, 0] = by_reading[part][::-1][places]
-            ends, n_states = np.concatenate([ends, last], axis=1), n_states + 1
-        order = np.argsort(numbers, kind="stable")
-        return Pieces(ends[None], rows[None], order, np.searchsorted(numbers[order], np.arange(n_pieces + 1)))
 
     def weighed(self, parameters: np.ndarray, slopes: np.ndarray) -> np.ndarray:
         """(n_rows, k) derivatives of the residuals at parameters (n_params,), of those of the readings (n_readings, k).
@@ -331,9 +299,9 @@ class TrialProblem(FlownTrial):
         They are zero in the rows of parameters of the noise.
         """
         sets, values = self.arguments(np.atleast_2d(parameters))
-        return self.likelihood.weighed(self._weighing(sets, values), values, slopes)
+        return self.likelihood.weighed(self.weighing(sets, values), values, slopes)
 
-    def _weighing(self, sets, values):
+    def weighing(self, sets: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(1, n_readings) predictions by which derivatives are weighed."""
         # Known normal noise weighs the same wherever the prediction is, and needs no simulation for it.
         return self.readings[None] if self.likelihood.weighs_alike else self.forward.predicted(sets, values)[0]

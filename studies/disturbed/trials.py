@@ -36,6 +36,7 @@ FINER = 10  # steps of the truth in one of the fit
 _DRAWS, _ROUNDS = 200, (2, 40)  # of importance sampling
 # Effective draws. With a hundred, sds of 24 parameters were a fifth too small.
 _ENOUGH, _TOO_FEW = 400.0, 20.0
+_FITS = 3  # rounds before which the response to forces is fitted
 _FREEDOM = 8.0  # of the t distributions that propose
 _FEW = 3.0  # effective draws for each parameter, with which the next proposal is half theirs
 _LEAST_CORRELATED = 0.1  # correlation of neighbouring residuals that is slow noise
@@ -234,6 +235,10 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     """
     marginal, centre, laplace = _marginal(problem, coefficients)
     covariance = laplace
+
+    def density(x):
+        return marginal.log_likelihood(marginal.prior.unscaled(x)) + marginal.prior.scaled_log_density(x)
+
     draws, targets, proposals = [], [], []
     for n in range(_ROUNDS[1]):
         lower = np.linalg.cholesky(covariance)
@@ -241,7 +246,10 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
         tails = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (_DRAWS, 1)))
         x = centre + tails * (rng.standard_normal((_DRAWS, len(centre))) @ lower.T)
         draws.append(x)
-        targets.append(marginal.log_likelihood(marginal.prior.unscaled(x)) + marginal.prior.scaled_log_density(x))
+        if n < _FITS:  # the response is fitted to draws of what is known by then
+            marginal.fit(marginal.prior.unscaled(x[: marginal.n_draws]), rng)
+            targets = [density(before) for before in draws[:-1]]
+        targets.append(density(x))
         x, target = np.concatenate(draws), np.concatenate(targets)
         ratios = target - special.logsumexp([_log_t(x, *proposal) for proposal in proposals], axis=0)
         weights = special.softmax(ratios)

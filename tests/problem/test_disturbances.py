@@ -118,8 +118,13 @@ def carried(boat):
 @pytest.fixture(scope="module")
 def followed(boat):
     """With noise that depends on the reading before, less often than once between knots, and a clock that is late."""
-    track = bs.sensors.modified(bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw")), instrument="gps")
-    slow = [bs.sensors.Sensor("r_degps", sd=0.01, interval_s=70.0), bs.sensors.Sensor("u_mps", sd=0.01, interval_s=15.0)]
+    track = bs.sensors.modified(
+        bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw")), instrument="gps"
+    )
+    slow = [
+        bs.sensors.Sensor("r_degps", sd=0.01, interval_s=70.0),
+        bs.sensors.Sensor("u_mps", sd=0.01, interval_s=15.0),
+    ]
     noise = {"r": AR1(2e-4, 100.0), "u": AR1(0.01, 30.0)}
     clock = {"clock_gps_s": bs.priors.normal(0.3, 0.2)}
     return pose(boat, unknown(), sensors=[track, *slow], noise=noise, nuisance=clock)

@@ -5,8 +5,8 @@ import time
 import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate
-from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.inference.identifiability.linalg import complete_svd, triangle
+from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.inference.interface import Searchable
 
 _LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat

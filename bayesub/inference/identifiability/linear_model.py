@@ -1,7 +1,7 @@
 """Forces with unknown histories, integrated out of the linear model of a problem about a place.
 
 With A and B the derivatives of the residuals r by the other parameters and by the white coordinates w of the forces,
-which are standard normal, the residuals ``L^-1 (r - B w)`` and the Jacobian ``L^-1 A`` with ``L L' = B B' + 1`` hold all
+standard normal, the residuals ``L^-1 (r - B w)`` and the Jacobian ``L^-1 A`` with ``L L' = B B' + 1`` hold all
 that the readings say about the other parameters. A Kalman filter finds them (:mod:`bayesub.kernels.kalman`).
 """
 
@@ -122,5 +122,6 @@ def marginal_jacobian(problem: LeastSquares, parameters: np.ndarray, rows: np.nd
     if not getattr(problem, "histories", ()):
         jacobian = problem.jacobian(parameters)
     else:
-        jacobian = Integrated(problem, parameters, rows).out(problem.jacobian_of_others(parameters))[0]
+        forced = cast(Forced, problem)
+        jacobian, _ = Integrated(forced, parameters, rows).out(forced.jacobian_of_others(parameters))
     return jacobian if rows is None else jacobian[rows]

@@ -5,6 +5,7 @@ The others have the geometry and the surrogate of the marginalised problem
 moves both.
 """
 
+import time
 from functools import partial
 
 import numpy as np
@@ -25,6 +26,7 @@ _TOLERANCE = 0.1  # posterior sd, of the search in an expansion, which only has 
 _STEPS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1)  # of Crank-Nicolson; the best is taken, of which one is a new draw
 _SHORTER = 0.3  # times that in a short walk
 _TRIED = 128  # draws with which they are tried
+_EVALUATIONS = 40_000  # of a density, all in all, that a posterior of some twenty coefficients took
 
 
 class HistoryGeometry:
@@ -153,6 +155,17 @@ def _log_density(marginalised, x) -> float:
 def search_marginal_mode(problem: Forced, smooth: Forced, rng: np.random.Generator) -> tuple[Marginalised, np.ndarray]:
     """The marginal mode of the smooth problem, from the posterior mode of the problem with a wide process."""
     return marginal_mode(smooth, with_process(problem, posterior_mode(problem.with_wide_process(), rng=rng)))
+
+
+def foretold_seconds(problem: Forced) -> float:
+    """About how long sampling takes, s, measured in a second at the middle of the prior."""
+    marginalised = Marginalised(problem, problem.prior.parameters(np.zeros(problem.n_params)))
+    others = np.repeat(marginalised.centre[None, marginalised.others], _TRIED, axis=0)
+    white = np.zeros((_TRIED, len(marginalised.white)))
+    marginalised.density(problem, others, white)  # compiled on first use
+    began = time.perf_counter()
+    marginalised.density(problem, others, white)
+    return (time.perf_counter() - began) / _TRIED * _EVALUATIONS
 
 
 def learn_with_histories(

@@ -20,8 +20,8 @@ simulation there gives their density
 
     prior(psi) exp(-(|r|^2 + |w|^2 + rho^2) / 2).
 
-It is exact whatever G is, for w is a function of y and psi whose derivative by y has the determinant exp(-rho^2 / 2); if
-everything is as above y is standard normal.
+It is exact whatever G is, for w is a function of y and psi whose derivative by y has the determinant exp(-rho^2 / 2).
+If everything is as above y is standard normal.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ import numpy as np
 
 from bayesub.inference.identifiability.linear_model import Integrated
 from bayesub.inference.interface import Forced, LatentForces, Sampled
-from bayesub.kernels.kalman import Pieces, causes, smooth
+from bayesub.kernels.kalman import Pieces, Smoothed, causes, smooth
 
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
 _DRAWS = 3  # for each feature, to which terms are fitted
@@ -56,7 +56,9 @@ class _Response:
         self.history, self.rows, self.columns = history, history.rows, history.columns
         self.pieces, self.mix, self.forces, self.bends = pieces, mix, forces, bends
 
-    def solve(self, features, full, residuals, y=None):
+    def solve(
+        self, features: np.ndarray, full: np.ndarray, residuals: np.ndarray, y: np.ndarray | None = None
+    ) -> Smoothed:
         """What is known of w, members of full (n, n_all) with the residuals (n, n_rows) there."""
         n, _, n_axes, n_knots = len(full), *self.forces.shape
         white = full[:, self.columns].reshape(n, n_axes, n_knots)
@@ -64,7 +66,7 @@ class _Response:
         y = None if y is None else y.reshape(white.shape)
         return smooth(self.pieces, features @ self.mix, self.history.innovations(full), about, white, y)
 
-    def weighed(self, pieces, scales):
+    def weighed(self, pieces: Pieces, scales: np.ndarray) -> np.ndarray:
         """(n, k) all numbers of pieces of n terms, a unit of which matters as much as a standard deviation of noise.
 
         The scales (n_pieces, n_columns) are standard deviations of what acts in a piece.
@@ -150,30 +152,30 @@ class Marginalised:
         for first in range(0, len(full), _TOGETHER):
             for found, one in zip(exact, self._exact(full[first : first + _TOGETHER], rng), strict=True):
                 found.append(one)
-        found = []
+        learned = []
         for response, batches in zip(self._responses, exact, strict=True):
-            *parts, squares = zip(*batches, strict=True)
-            ends, rows, forces, bends = map(np.concatenate, parts)
-            scales = np.sqrt(np.nanmean(np.concatenate(squares), axis=0))
-            found.append((Pieces(ends, rows, *response.pieces[2:]), forces, bends, scales))
-        known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, forces, *_ in found], axis=0)
+            ends, rows, forces, bends, acting = (np.concatenate(parts) for parts in zip(*batches, strict=True))
+            scales = np.sqrt(np.nanmean(acting, axis=0))
+            learned.append((response.pieces._replace(ends=ends, rows=rows), forces, bends, scales))
+        known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, forces, *_ in learned], axis=0)
         # Active directions: the principal ones of what G changes by along each coordinate.
         self._active = np.zeros((self._onto.shape[1], 0))
-        linear, changes = self._features(others)[known], 0.0
-        for response, (pieces, _, _, scales) in zip(self._responses, found, strict=True):
+        linear, changes = self._features(others)[known], np.zeros((len(self._active), len(self._active)))
+        for response, (pieces, _, _, scales) in zip(self._responses, learned, strict=True):
             slopes = _fitted(linear, response.weighed(pieces, scales)[known])[1:]
             changes += slopes @ slopes.T
         squares, vectors = np.linalg.eigh(changes)
         self._active = vectors[:, squares > _ACTIVE**2][:, -_MOST_ACTIVE:]
         features = self._features(others)[known]
-        for response, (pieces, forces, bends, scales) in zip(self._responses, found, strict=True):
+        for response, (pieces, forces, bends, scales) in zip(self._responses, learned, strict=True):
             terms = [_fitted(features, part[known]) for part in pieces[:2]]
             # Few sums of terms are all that matters: the principal components of what they make of the draws.
-            made = features @ response.weighed(Pieces(*terms, *pieces[2:]), scales)
+            made = features @ response.weighed(pieces._replace(ends=terms[0], rows=terms[1]), scales)
             squares, members = np.linalg.eigh(made @ made.T / len(made))
             members = members[:, squares > _WORTH**2]
             response.mix = _fitted(features, members)
-            response.pieces = Pieces(*(np.tensordot(members.T @ features, term, axes=1) for term in terms), *pieces[2:])
+            ends, rows = (np.tensordot(members.T @ features, term, axes=1) for term in terms)
+            response.pieces = pieces._replace(ends=ends, rows=rows)
             response.forces, response.bends = _fitted(features, forces[known]), bends[known].mean(axis=0)
 
     def _exact(self, full, rng) -> Iterator[tuple]:
@@ -182,7 +184,8 @@ class Marginalised:
         responses = []
         for response in self._responses:
             each = [response.history.response(parameters) for parameters in full]
-            pieces = Pieces(*(np.concatenate([getattr(one, key) for one in each]) for key in ("ends", "rows")), *each[0][2:])
+            ends, rows = (np.concatenate([one[part] for one in each]) for part in (0, 1))
+            pieces = response.pieces._replace(ends=ends, rows=rows)
             unbent = np.zeros(len(response.bends))
             responses.append(_Response(response.history, pieces, np.eye(n), response.forces, unbent))
         for _ in range(_NEWTON):
@@ -201,9 +204,9 @@ class Marginalised:
             sequences = response.history.innovations(full)
             forces, pieces = sequences.forces(white), response.pieces
             drawn = sequences.forces(sides[0][:, response.columns].reshape(white.shape)) - forces
-            squares = np.empty((n, *(pieces.ends.shape[1], pieces.ends.shape[3])))
+            squares = np.empty((n, pieces.ends.shape[1], pieces.ends.shape[3]))
             for k, change in enumerate(drawn):
-                one = Pieces(pieces.ends[[k]], pieces.rows[[k]], *pieces[2:])
+                one = pieces._replace(ends=pieces.ends[[k]], rows=pieces.rows[[k]])
                 squares[k] = np.concatenate(list(causes(one, change[None]))) ** 2
             yield pieces.ends, pieces.rows, forces, bends[:, response.rows], squares
 
@@ -244,7 +247,9 @@ class Marginalised:
         full, log_determinants = self._solved(np.atleast_2d(parameters))
         rows, log_likelihood = self.problem.misfit_about(about[0], full)
         rows, more = self._bent(rows)
-        return self._rows(rows, full, log_determinants), self._density(log_likelihood - 0.5 * more, full, log_determinants)
+        return self._rows(rows, full, log_determinants), self._density(
+            log_likelihood - 0.5 * more, full, log_determinants
+        )
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and deviances (n_batch,), infinite where a simulation failed."""

@@ -215,8 +215,8 @@ def learn(
     """Find the active directions, straighten the geometry in place and fit a surrogate of the problem.
 
     The geometry is whitened at the mode of the problem. Before each round `adapt` may change the problem by parameters
-    (n, n_params) that are draws of what is known by then. With the surrogate draws of it come, (n, n_params) in sampling
-    coordinates.
+    (n, n_params) that are draws of what is known by then. With the surrogate come draws of it, (n, n_params) in
+    sampling coordinates.
     """
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)

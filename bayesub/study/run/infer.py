@@ -15,6 +15,7 @@ from bayesub.findings.verdicts import MEANING
 from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
+from bayesub.inference.sampling.histories import foretold_seconds
 from bayesub.io import seeds, toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from bayesub.logs.series import Finding
 
 POSTERIOR, ESTIMATES, MODE, DERIVED = "posterior.nc", "estimates.json", "mode.json", "derived.json"
+_LONG_MINUTES = 5.0  # of sampling, which are said before it
 T = TypeVar("T")
 
 
@@ -54,6 +56,8 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
         unseen.problem.record.save(folder / f"check_{unseen.name}.csv")
     problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
     seconds = {"simulation and compilation": progress.seconds - progress.before}  # of this session of the run
+    if not (folder / "chain").exists():
+        _say_if_long(setup, progress)
     estimates = _baselines(setup, context)
     seconds |= {estimate.method: estimate.seconds for estimate in estimates}
 
@@ -80,6 +84,21 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     else:
         (folder / SUGGESTED).unlink(missing_ok=True)
     return result
+
+
+def _say_if_long(setup: Setup, progress: Progress) -> None:
+    """Say before the search how long sampling with forces will take, and what takes less."""
+    if not setup.problem.histories:
+        return
+    minutes = foretold_seconds(setup.problem) / 60.0
+    if minutes < _LONG_MINUTES:
+        return
+    knots = max((history.disturbances.knots for history in setup.problem.histories), key=lambda one: len(one.times))
+    progress.remark(
+        f"sampling will take about {minutes:.0f} minutes on this machine, with {len(knots.times)} knots on each of "
+        f"{', '.join(knots.axes)}. [disturbance] knot_interval_s = {2.0 * knots.interval:.3g} takes less, for forces "
+        "that change no faster, and so does a correlation_time_s that is a number: it is then taken for known"
+    )
 
 
 def sample_posterior(

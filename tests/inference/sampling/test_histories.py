@@ -51,7 +51,7 @@ def test_the_jacobian_is_that_of_the_residuals(marginalised):
 
 
 def test_the_density_with_y_is_exact_whatever_the_expansion(toy, marginalised):
-    """Also with the response elsewhere in psi: log likelihood, prior of w and the constant derivative of w by y, which differences give."""
+    """Elsewhere in psi too: log likelihood, prior of w, and the derivative of w by y, by differences."""
     other = Marginalised(toy, toy.prior.parameters(np.full(toy.n_params, 0.5)))
     for part in (marginalised, other):
         place, y = PLACES[:1], np.random.default_rng(2).standard_normal((1, toy.N_WHITE))
