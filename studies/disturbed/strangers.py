@@ -11,6 +11,7 @@ from importlib import resources
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.signal import lfilter
 
 VEHICLE = "auv690"
 STEP_S = 0.05  # of the rows of the log and of the forces
@@ -76,9 +77,7 @@ class Boat:
         self.thrust = pressure * length**2 * np.reshape(file["propulsion"]["b"], (3, 3))
         self.rpm_per_mps = file["propulsion"]["rpm_per_mps"]
         self.mass = m = body["mass_kg"]
-        turning = np.array(
-            [[m - c["Yvdot"], -c["Yrdot"]], [-c["Nvdot"], body["inertia_kgm2"]["Izz"] - c["Nrdot"]]]
-        )
+        turning = np.array([[m - c["Yvdot"], -c["Yrdot"]], [-c["Nvdot"], body["inertia_kgm2"]["Izz"] - c["Nrdot"]]])
         self.surge_mass = m - c["Xudot"]
         self.inverse = np.linalg.inv(turning).tolist()
         self.is_possible = self.surge_mass > 0 and np.linalg.det(turning) > 0
@@ -183,11 +182,9 @@ def rudder_of(demands, times: np.ndarray, actuators: dict) -> np.ndarray:
 def pushes(rng: np.random.Generator, n_times: int, sds: np.ndarray) -> np.ndarray:
     """(n_times, n_axes) values of Ornstein-Uhlenbeck processes, a step apart, stationary from the first."""
     kept = np.exp(-STEP_S / TIME_S)
-    values = np.empty((n_times, len(sds)))
-    values[0] = rng.standard_normal(len(sds))
-    for k in range(1, n_times):
-        values[k] = kept * values[k - 1] + np.sqrt(1.0 - kept**2) * rng.standard_normal(len(sds))
-    return values * sds
+    white = rng.standard_normal((n_times, len(sds)))
+    white[1:] *= np.sqrt(1.0 - kept**2)
+    return sds * lfilter([1.0], [1.0, -kept], white, axis=0)
 
 
 def boat_and_log(rng: np.random.Generator, demands=STAIRS, duration_s: float = DURATION_S) -> tuple[dict, str, int]:
