@@ -86,9 +86,9 @@ def rows(numbers: dict) -> Iterator[dict]:
 
 
 SAMPLED = """
-Boats that another simulator flies, which shares no code with this one, sampled from their logs until it converges: how
-many did, and in the median of the boats the seconds on one core, the simulations, those an effective sample of the
-worst parameter, and the shares of proposals that were accepted. Sds and correlation time of the forces are inferred.
+Strangers are boats of the prior that another simulator flies, which has no code of this one. Their logs are sampled;
+sds and correlation time of the forces are inferred. How many boats converged, and the medians of all boats: parameters,
+seconds on one core, and simulations an effective sample of the worst parameter.
 """
 COST = """
 Sampling of one trial of the log with a known process: knots on each of three axes, parameters in all, seconds on one
