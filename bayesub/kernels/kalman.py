@@ -48,13 +48,13 @@ class Innovations(NamedTuple):
     def forces(self, white: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) forces of white coordinates of that shape."""
         result = np.empty(white.shape)
-        _colour(*self, np.ascontiguousarray(white), result)
+        _colour(*self, np.ascontiguousarray(white), result, False)
         return result
 
     def white(self, forces: np.ndarray) -> np.ndarray:
         """White coordinates (n_batch, n_axes, n_knots) of forces of that shape: the inverse of :meth:`forces`."""
         result = np.empty(forces.shape)
-        _whiten(*self, np.ascontiguousarray(forces), result)
+        _colour(*self, result, np.ascontiguousarray(forces), True)
         return result
 
     def repeated(self, n: int) -> "Innovations":
@@ -126,24 +126,17 @@ def respond(pieces: Pieces, forces: np.ndarray) -> np.ndarray:
 
 
 @jit
-def _colour(last, gains, roots, white, forces):
+def _colour(last, gains, roots, white, forces, backwards):
+    """Fill in forces of white coordinates, or backwards."""
     ahead = np.empty(last.shape[2])
     for m in range(len(last)):
         for a in range(last.shape[1]):
             ahead[:] = 0.0
             for j in range(white.shape[2]):
-                forces[m, a, j] = ahead[0] + roots[m, a, j] * white[m, a, j]
-                _predict(last[m, a], gains[m, a, j], white[m, a, j], ahead)
-
-
-@jit
-def _whiten(last, gains, roots, forces, white):
-    ahead = np.empty(last.shape[2])
-    for m in range(len(last)):
-        for a in range(last.shape[1]):
-            ahead[:] = 0.0
-            for j in range(white.shape[2]):
-                white[m, a, j] = (forces[m, a, j] - ahead[0]) / roots[m, a, j]
+                if backwards:
+                    white[m, a, j] = (forces[m, a, j] - ahead[0]) / roots[m, a, j]
+                else:
+                    forces[m, a, j] = ahead[0] + roots[m, a, j] * white[m, a, j]
                 _predict(last[m, a], gains[m, a, j], white[m, a, j], ahead)
 
 

@@ -265,25 +265,9 @@ def _slopes(now, slope, begin, end, matrices, forces, lane, sources, factors, ax
 
 @jit
 def _propagate(
-    task,
-    first,
-    outputs,
-    history,
-    matrices,
-    forces,
-    sources,
-    factors,
-    axes,
-    changes,
-    slopes,
-    step,
-    times,
-    rows,
-    result,
-    restarts,
-    initial,
-    ends,
-):
+    task, first, outputs, history, matrices, forces, sources, factors, axes, changes, slopes, step, times, rows, result,
+    restarts, initial, ends,
+):  # fmt: skip
     """The third pass for the columns of a task over the steps from `first` on, from its next of the `outputs` on.
 
     `changes` and `slopes` (2, n, WIDTH) hold the sensitivities at the starts of an even and of an odd step, and their

@@ -62,9 +62,13 @@ def innovations(kind: str, interval: float, n_knots: int, times: np.ndarray, n_l
     )
     gamma = np.einsum("ndt,nt->nd", terms, np.linalg.solve(equations, of_means[..., None])[..., 0])
     # (1 - a B)^order (1 - b B)^2, whose coefficients predict.
+    polynomials = np.ones((len(times), 1))
+    for root in (*[decay] * order, *[np.full(len(times), _POLE)] * 2):
+        longer = np.pad(polynomials, ((0, 0), (0, 1)))
+        longer[:, 1:] -= root[:, None] * polynomials
+        polynomials = longer
     last = np.zeros((len(times), n_lags))
-    for k, a in enumerate(decay):
-        last[k, n_lags - n_terms :] = -np.poly([a] * order + [_POLE] * 2)[:0:-1]
+    last[:, n_lags - n_terms :] = -polynomials[:, :0:-1]
     gains, roots = np.empty((len(times), n_knots, n_lags)), np.empty((len(times), n_knots))
     _recursion(last, np.ascontiguousarray(gamma[:, : n_lags + 1]), gains, roots)
     return Innovations(last, gains, roots)

@@ -15,7 +15,7 @@ AXES, END = ("X", "Y", "N"), 40.0
     ("subproblem", "step", "interval"), [("horizontal", 0.25, 2.5), ("horizontal", 0.4, 2.5), (None, 0.2, 0.7)]
 )
 def test_pieces_make_the_derivatives_of_the_whole_motion(subproblem, step, interval):
-    """From piece to piece the columns of the start and of all forces follow, also of accelerations and between steps."""
+    """From piece to piece the columns of the start and of all forces follow, of accelerations and between steps too."""
     boat = bs.load_vehicle("auv690")
     knots = Knots(np.linspace(0.0, END, round(END / interval) + 1), AXES)
     times = np.unique(np.concatenate([np.arange(0.0, END), np.linspace(0.3, END - 1e-3, 37)]))

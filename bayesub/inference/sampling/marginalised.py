@@ -24,9 +24,8 @@ It is exact whatever G is, for w is a function of y and psi whose derivative by 
 If everything is as above y is standard normal.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
+from scipy import linalg
 
 from bayesub.inference.identifiability.linear_model import Integrated
 from bayesub.inference.interface import Forced, LatentForces, Sampled
@@ -97,6 +96,7 @@ class Marginalised:
         process = np.unique(np.concatenate([h.process for h in problem.histories]))
         self._moving = ~np.isin(self.others, process)
         self._x = self.prior.scaled(self.centre[self.others])
+        self._fitted: list[tuple[np.ndarray, list[list[np.ndarray]]]] = []  # draws, and what was found there
         if arrays is None:
             self._expand()
             return
@@ -146,29 +146,32 @@ class Marginalised:
         return np.hstack([np.ones((len(z), 1)), z, active[:, first] * active[:, second]])
 
     def fit(self, others: np.ndarray, rng: np.random.Generator) -> None:
-        """Fit G and the forces to what they are at draws (n, n_params) of the others."""
+        """Fit G and the forces to what they are at draws (n, n_params) of the others, and of the fit before."""
         full, _ = self._solved(others)
-        exact: list[list[tuple]] = [[] for _ in self._responses]
-        for first in range(0, len(full), _TOGETHER):
-            for found, one in zip(exact, self._exact(full[first : first + _TOGETHER], rng), strict=True):
-                found.append(one)
+        batches = [self._exact(full[k : k + _TOGETHER], rng) for k in range(0, len(full), _TOGETHER)]
+        new = [[np.concatenate(parts) for parts in zip(*each, strict=True)] for each in zip(*batches, strict=True)]
+        known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, _, forces, *_ in new], axis=0)
+        self._fitted = [*self._fitted[-1:], (others[known], [[part[known] for part in parts] for parts in new])]
+        others = np.concatenate([places for places, _ in self._fitted])
         learned = []
-        for response, batches in zip(self._responses, exact, strict=True):
-            ends, rows, forces, bends, acting = (np.concatenate(parts) for parts in zip(*batches, strict=True))
-            scales = np.sqrt(np.nanmean(acting, axis=0))
-            learned.append((response.pieces._replace(ends=ends, rows=rows), forces, bends, scales))
-        known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, forces, *_ in learned], axis=0)
+        for k, response in enumerate(self._responses):
+            each = zip(*(parts[k] for _, parts in self._fitted), strict=True)
+            ends, rows, forces, bends, acting = map(np.concatenate, each)
+            pieces, scales = response.pieces._replace(ends=ends, rows=rows), np.sqrt(acting.mean(axis=0))
+            learned.append((pieces, forces, bends, scales))
         # Active directions: the principal ones of what G changes by along each coordinate.
         self._active = np.zeros((self._onto.shape[1], 0))
-        linear, changes = self._features(others)[known], np.zeros((len(self._active), len(self._active)))
+        linear, changes = self._features(others), np.zeros((len(self._active), len(self._active)))
         for response, (pieces, _, _, scales) in zip(self._responses, learned, strict=True):
-            slopes = _fitted(linear, response.weighed(pieces, scales)[known])[1:]
+            slopes = _fitted(linear, response.weighed(pieces, scales))[1:]
             changes += slopes @ slopes.T
         squares, vectors = np.linalg.eigh(changes)
-        self._active = vectors[:, squares > _ACTIVE**2][:, -_MOST_ACTIVE:]
-        features = self._features(others)[known]
+        n_active = max(n for n in range(_MOST_ACTIVE + 1) if n == 0 or _DRAWS * self._n_features(n) <= len(others))
+        n_active = min(n_active, np.count_nonzero(squares > _ACTIVE**2))
+        self._active = vectors[:, len(vectors) - n_active :]
+        features = self._features(others)
         for response, (pieces, forces, bends, scales) in zip(self._responses, learned, strict=True):
-            terms = [_fitted(features, part[known]) for part in pieces[:2]]
+            terms = [_fitted(features, part) for part in pieces[:2]]
             # Few sums of terms are all that matters: the principal components of what they make of the draws.
             made = features @ response.weighed(pieces._replace(ends=terms[0], rows=terms[1]), scales)
             squares, members = np.linalg.eigh(made @ made.T / len(made))
@@ -176,9 +179,9 @@ class Marginalised:
             response.mix = _fitted(features, members)
             ends, rows = (np.tensordot(members.T @ features, term, axes=1) for term in terms)
             response.pieces = pieces._replace(ends=ends, rows=rows)
-            response.forces, response.bends = _fitted(features, forces[known]), bends[known].mean(axis=0)
+            response.forces, response.bends = _fitted(features, forces), bends.mean(axis=0)
 
-    def _exact(self, full, rng) -> Iterator[tuple]:
+    def _exact(self, full, rng) -> list[tuple[np.ndarray, ...]]:
         """Of a few members (n, n_all) the response of each trial at the forces that fit best, these, and bends."""
         residuals, n = self.problem.residuals(full), len(full)
         responses = []
@@ -199,6 +202,7 @@ class Marginalised:
                 drawn = response.solve(np.eye(n), full, residuals, sign * y).white
                 side[:, response.columns] = drawn.reshape(n, -1)
         bends = 0.5 * sum(self.problem.residuals(side) for side in sides) - residuals
+        learned = []
         for response in responses:
             white = full[:, response.columns].reshape(n, *response.forces.shape[1:])
             sequences = response.history.innovations(full)
@@ -208,7 +212,8 @@ class Marginalised:
             for k, change in enumerate(drawn):
                 one = pieces._replace(ends=pieces.ends[[k]], rows=pieces.rows[[k]])
                 squares[k] = np.concatenate(list(causes(one, change[None]))) ** 2
-            yield pieces.ends, pieces.rows, forces, bends[:, response.rows], squares
+            learned.append((pieces.ends, pieces.rows, forces, bends[:, response.rows], squares))
+        return learned
 
     def _solved(self, others, y=None):
         """All parameters (n, n_all) at w*, or at y from there, of others (n, n_params); log determinants (n,)."""
@@ -293,12 +298,19 @@ class Marginalised:
         full, log_determinants = self._solved(parameters, y)
         return self._density(problem.log_likelihood(full), full, log_determinants), full
 
+    def _n_features(self, n_active) -> int:
+        return 1 + self._onto.shape[1] + n_active * (n_active + 1) // 2
+
     @property
     def n_draws(self) -> int:
-        """How many draws :meth:`fit` wants."""
-        return _DRAWS * (1 + self._onto.shape[1] + _MOST_ACTIVE * (_MOST_ACTIVE + 1) // 2)
+        """How many draws :meth:`fit` wants; the fit is to twice as many."""
+        return -(-_DRAWS * self._n_features(_MOST_ACTIVE) // 2)
 
 
 def _fitted(features, values):
     """(n_terms, ..) of features (n, n_terms) and values (n, ..), by least squares."""
-    return np.linalg.lstsq(features, values.reshape(len(values), -1), rcond=None)[0].reshape(-1, *values.shape[1:])
+    orthonormal, triangle = np.linalg.qr(features)
+    if len(features) < features.shape[1]:  # nearly all simulations failed
+        triangle, orthonormal = np.eye(features.shape[1]), np.linalg.pinv(features).T
+    rows = linalg.solve_triangular(triangle, orthonormal.T @ values.reshape(len(values), -1), check_finite=False)
+    return rows.reshape(-1, *values.shape[1:])

@@ -57,7 +57,7 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     problem.predicted(np.repeat(problem.prior.mean[None], 16, axis=0))  # compiles, so that nothing below does
     seconds = {"simulation and compilation": progress.seconds - progress.before}  # of this session of the run
     if not (folder / "chain").exists():
-        _say_if_long(setup, progress)
+        say_if_long(setup, progress)
     estimates = _baselines(setup, context)
     seconds |= {estimate.method: estimate.seconds for estimate in estimates}
 
@@ -86,7 +86,7 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     return result
 
 
-def _say_if_long(setup: Setup, progress: Progress) -> None:
+def say_if_long(setup: Setup, progress: Progress) -> None:
     """Say before the search how long sampling with forces will take, and what takes less."""
     if not setup.problem.histories:
         return

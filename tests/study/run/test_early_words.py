@@ -11,9 +11,10 @@ import bayesub as bs
 from bayesub.findings.remedies import fit_of_mode
 from bayesub.findings.suspect_columns import suspect
 from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.sampling import histories
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.logs import log_files
-from bayesub.study.run.infer import refuse_misread
+from bayesub.study.run.infer import refuse_misread, say_if_long
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.run import run
 from bayesub.study.schema.study_file import load_study
@@ -36,7 +37,7 @@ class Remarks:
         """Nobody looks at bars here."""
 
     def remark(self, sentence):
-        self.sentences.append((sentence, self.stages[-1]))
+        self.sentences.append((sentence, self.stages[-1] if self.stages else ""))
 
 
 def written(tmp_path, **changes):
@@ -216,3 +217,17 @@ def test_sampling_without_a_chance_ends(acceptance, correlation, stuck):
     assert not posterior.stuck(40_000)
     if stuck:
         assert "only 4 % of the proposals are accepted" in posterior.shortcomings[0]
+
+
+def test_long_sampling_with_forces_is_said_before_it(tmp_path, monkeypatch):
+    """With the estimate and what takes less; a short one is not."""
+    forces = {"axes": ["Y", "N"], "share": {"median": 0.01, "log_sd": 1.0}, "correlation_time_s": 10.0}
+    setup = prepare(load_study(written(tmp_path, disturbance=forces)))
+    said = Remarks()
+    say_if_long(setup, said)
+    assert said.sentences == []
+    monkeypatch.setattr(histories, "_EVALUATIONS", 10_000_000)
+    say_if_long(setup, said)
+    ((line, _),) = said.sentences
+    assert "knots on each of Y, N" in line
+    assert f"knot_interval_s = {2.0 * setup.problem.forward.disturbances.knots.interval:.3g}" in line
