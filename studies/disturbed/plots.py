@@ -90,7 +90,7 @@ def draw_wrong(panel, numbers: dict) -> None:
                 )
     panel.set(ylim=(0.0, 1.03), xlim=(-0.5, len(wrong) - 0.5))
     panel.set_xticks(range(len(wrong)), [name.replace(" ", "\n", 1) for name in wrong], fontsize=8)
-    panel.set_title("forces of another kind", fontsize=9)
+    panel.set_title("forces of another kind, and strangers", fontsize=9)
     panel.grid(axis="x", visible=False)
 
 

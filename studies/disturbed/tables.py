@@ -12,6 +12,8 @@ from thesis import calibration
 LIKELIHOODS = ("noise only", "slow noise", "filter error", "histories", "inferred")
 HONEST = ("histories", "inferred")
 HELD, FALSE_ALARMS = (0.87, 0.93), 0.01
+STRANGERS, OF_STRANGERS = "strangers", (0.85, 0.95)  # boats of another simulator, and what 90 % intervals hold of them
+OF_SAMPLING = ("n_params", "seconds", "simulations", "jacobians", "work_per_effective_sample", "acceptance")
 MOST_WORK = 60.0  # simulations an effective sample
 FAILED_INFERRED = 0.15  # share of boats for which importance sampling may fail, if the process is inferred
 _ERRORS = 3.0  # standard errors by which coverage may miss, where boats are few
@@ -83,6 +85,11 @@ def rows(numbers: dict) -> Iterator[dict]:
                 yield result | {"group": name, "share": share, "likelihood": likelihood}
 
 
+SAMPLED = """
+Strangers are boats of the prior that another simulator flies, which has no code of this one. Their logs are sampled;
+sds and correlation time of the forces are inferred. How many boats converged, and the medians of all boats: parameters,
+seconds on one core, and simulations an effective sample of the worst parameter.
+"""
 COST = """
 Sampling of one trial of the log with a known process: knots on each of three axes, parameters in all, seconds on one
 core, and simulations an effective sample of the worst parameter, a Jacobian counted as those that take as long.
@@ -91,7 +98,7 @@ core, and simulations an effective sample of the worst parameter, a Jacobian cou
 
 def draw(run, numbers: dict) -> None:
     """The figure and the tables."""
-    costs, numbers = numbers["cost"], numbers["trials"]
+    costs, sampled, numbers = numbers["cost"], numbers.get("sampled", {}), numbers["trials"]
     plots.draw(run.figure("disturbed"), numbers)
     cells = {
         "sensors, or what is wrong": itemgetter("group"),
@@ -119,21 +126,35 @@ def draw(run, numbers: dict) -> None:
     ]
     of_cost = {
         "knots": itemgetter("n_knots"),
-        "parameters": itemgetter("n_params"),
+        "parameters": lambda r: f"{r['n_params']:.0f}",
         "converged": lambda r: "yes" if r["converged"] else "no",
         "seconds": lambda r: f"{r['seconds']:.0f}",
-        "simulations": itemgetter("simulations"),
-        "Jacobians": itemgetter("jacobians"),
+        "simulations": lambda r: f"{r['simulations']:.0f}",
+        "Jacobians": lambda r: f"{r['jacobians']:.0f}",
         "simulations an effective sample": lambda r: f"{r['work_per_effective_sample']:.0f}",
         "acceptance": lambda r: f"{r['acceptance']:.0%}",
     }
-    tables = (
-        markdown.columns(rows(numbers), cells),
-        markdown.columns(lines, of_ranks),
-        markdown.columns(costs, of_cost),
-    )
-    held, uniform, sampled = tables
-    run.page([CAPTION, *held, "", *uniform, COST, *sampled])
+    of_boats = {
+        "likelihood": itemgetter("likelihood"),
+        "boats": itemgetter("n_boats"),
+        "converged": itemgetter("n_converged"),
+    }
+    of_boats |= {title: cell for title, cell in of_cost.items() if title not in ("knots", "converged")}
+    strangers = [result | {"likelihood": name} for name, result in sampled.items()]
+    run.page([CAPTION, *markdown.columns(rows(numbers), cells), "", *markdown.columns(lines, of_ranks)])
+    run.page([SAMPLED, *markdown.columns(strangers, of_boats)] if strangers else [])
+    run.page([COST, *markdown.columns(costs, of_cost)])
+
+
+def sampling(results: list[dict]) -> dict[str, dict]:
+    """Likelihood -> how many boats converged, and the medians of what sampling them took."""
+    numbers = {}
+    for name in (likelihood for likelihood in LIKELIHOODS if likelihood in results[0]):
+        costs = {key: [r[name][key] for r in results] for key in OF_SAMPLING}
+        converged = [r[name]["converged"] for r in results]
+        numbers[name] = {"n_boats": len(results), "n_converged": sum(converged)}
+        numbers[name] |= {key: float(np.median(values)) for key, values in costs.items()}
+    return numbers
 
 
 def covered(coverage: dict) -> str:
@@ -147,12 +168,16 @@ def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
         yield r["converged"], f"{r['n_knots']} knots: not converged"
         work = r["work_per_effective_sample"]
         yield work <= MOST_WORK, f"{r['n_knots']} knots: {work:.0f} simulations an effective sample"
+    if "sampled" in numbers:  # where forces are left out there may be modes far apart
+        n_boats, n_converged = (numbers["sampled"]["inferred"][key] for key in ("n_boats", "n_converged"))
+        yield n_converged == n_boats, f"{STRANGERS}: {n_converged} of {n_boats} converged with inferred forces"
     numbers = numbers["trials"]
     for r in rows(numbers):
-        if r["likelihood"] not in HONEST or r["group"] not in ("log", "track"):
+        if r["likelihood"] not in HONEST or r["group"] not in ("log", "track", STRANGERS):
             continue
         coverage = r["coverage"]["90 %"]
-        miss = max(HELD[0] - coverage["mean"], coverage["mean"] - HELD[1], 0.0)
+        low, high = OF_STRANGERS if r["group"] == STRANGERS else HELD
+        miss = max(low - coverage["mean"], coverage["mean"] - high, 0.0)
         what = f"{r['group']}, {r['share']}, {r['likelihood']}"
         yield not miss > _ERRORS * coverage["error"], f"{what}: 90 % intervals hold {covered(coverage)}"
         allowed = FAILED_INFERRED * r["n_boats"] if r["likelihood"] == "inferred" else 0.0

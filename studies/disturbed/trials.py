@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import threadpoolctl
@@ -10,6 +12,7 @@ from scipy import special
 
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.sampling import Posterior, sample
 from bayesub.inference.sampling.histories import marginal_mode, with_process
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.model.disturbance import CURRENTS, Disturbance, hull_force_rms
@@ -22,6 +25,8 @@ from bayesub.problem.disturbances import UnknownDisturbance, force_scales
 from bayesub.problem.likelihoods import AR1
 from bayesub.problem.problem import Problem
 from bayesub.sensors import observe
+from bayesub.study.run.prepare import Setup, prepare
+from bayesub.study.schema.study_file import load_study
 from disturbed.filter_error import filter_error
 from disturbed.state_space import StateSpace
 from thesis.calibration import N_DRAWS
@@ -152,6 +157,39 @@ def judged(problem: Problem, xi: np.ndarray, means, sds, probabilities=None) -> 
     }
 
 
+def sampled(problem: Problem, xi: np.ndarray, **options) -> dict:
+    """:func:`judged` of the posterior by sampling, and :func:`cost`; `options` are of :func:`bayesub.sample`."""
+    posterior = sample(problem, **options)
+    n = problem.n_coefficients
+    below = np.mean(posterior.chain[..., :n] < xi[problem.columns], axis=(0, 1, 2))
+    outcome = judged(problem, xi, posterior.mean[:n], posterior.sd[:n], below)
+    return outcome | {"failed": not posterior.converged} | cost(posterior)
+
+
+def cost(posterior: Posterior) -> dict:
+    """What sampling took, and whether it converged, as JSON types."""
+    return {
+        "n_params": len(posterior.names),
+        "converged": posterior.converged,
+        "seconds": posterior.seconds,
+        "simulations": posterior.evaluations,
+        "jacobians": posterior.jacobians,
+        "work_per_effective_sample": posterior.work / float(posterior.bulk_ess.min()),
+        "longest_tau": float(posterior.tau.max()),
+        "slowest": posterior.names[int(posterior.bulk_ess.argmin())],
+        "acceptance": posterior.acceptance,
+    }
+
+
+def read_log(log: str, study: str) -> Setup:
+    """The problem of the text of a log, ``log.csv``, and of a study file."""
+    with TemporaryDirectory() as folder:
+        (Path(folder) / "log.csv").write_text(log)
+        file = Path(folder) / "study.toml"
+        file.write_text(study)
+        return prepare(load_study(file))
+
+
 def normal(problem: Problem, xi: np.ndarray, estimate: Estimate) -> dict:
     """:func:`judged` of the normal approximation about an estimate."""
     n = problem.n_coefficients
@@ -160,8 +198,8 @@ def normal(problem: Problem, xi: np.ndarray, estimate: Estimate) -> dict:
     return judged(problem, xi, estimate.values[:n], sds) | {"failed": failed, "seconds": estimate.seconds}
 
 
-def slow_noise(problem: Problem, pose, estimate: Estimate) -> Estimate:
-    """The estimate with slow noise in every channel whose residuals are slow, as they are after the fit before.
+def slow_noise(problem: Problem, pose, estimate: Estimate) -> tuple[Problem, Estimate]:
+    """The problem with slow noise in every channel whose residuals are slow after the fit before, and its estimate.
 
     Parameters
     ----------
@@ -178,8 +216,9 @@ def slow_noise(problem: Problem, pose, estimate: Estimate) -> Estimate:
                 sd = max(channel.sd, float(np.sqrt(np.mean(residuals**2))))
                 interval = float(np.median(np.diff(channel.times)))
                 noises[channel.name] = AR1(sd, -interval / float(np.log(neighbours)))
-        estimate = gauss_newton(pose(noises), estimate.values)
-    return estimate
+        posed = pose(noises)
+        estimate = gauss_newton(posed, estimate.values)
+    return posed, estimate
 
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
