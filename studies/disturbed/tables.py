@@ -168,7 +168,7 @@ def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
         yield r["converged"], f"{r['n_knots']} knots: not converged"
         work = r["work_per_effective_sample"]
         yield work <= MOST_WORK, f"{r['n_knots']} knots: {work:.0f} simulations an effective sample"
-    if "sampled" in numbers:  # where forces are left out there may be modes far apart
+    if "sampled" in numbers:  # without forces a misfit may mix slowly (acceptance 18 % for the second boat)
         n_boats, n_converged = (numbers["sampled"]["inferred"][key] for key in ("n_boats", "n_converged"))
         yield n_converged == n_boats, f"{STRANGERS}: {n_converged} of {n_boats} converged with inferred forces"
     numbers = numbers["trials"]
