@@ -9,8 +9,7 @@ where T moves predictions p up by one and w is white (:mod:`bayesub.problem.inno
 prediction are those of a linear state-space model of the state s and, for each axis, of the forces at the three knots
 that act in a piece and of p at the knot after these. The Kalman filter takes its readings one by one; the product of
 the variances of what it could not foresee is the determinant of the information about w. Going back, the simulation
-smoother of de Jong and Shephard (Biometrika 1995, 82) makes of standard normal y draws of w, whose mean are the w that
-fit best.
+smoother (de Jong & Shephard 1995) makes of standard normal y draws of w, whose mean are the w that fit best.
 """
 
 import math

@@ -24,6 +24,7 @@ from bayesub.model.disturbance import correlation
 _POLE = np.sqrt(3.0) - 2.0  # of the inverse of the Gram matrix
 _GRAM = np.array([1.0, 4.0, 1.0]) / 6.0
 _SMOOTHNESS = {"ornstein_uhlenbeck": 1, "matern_3_2": 2}  # order of the autoregression in continuous time
+_LONGEST = 3e3  # correlation time in intervals; a longer one is no other, and its innovations are round-off
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -39,6 +40,7 @@ def innovations(kind: str, interval: float, n_knots: int, times: np.ndarray, n_l
     """
     order, n_terms = _SMOOTHNESS[kind], lags(kind)
     n_lags = n_terms if n_lags is None else n_lags
+    times = np.minimum(times, _LONGEST * interval)
     decay = np.exp(-interval / times * (1.0 if order == 1 else np.sqrt(3.0)))
     # Autocorrelations of means under hats: integrals over the hats' own, a cubic spline.
     pieces = np.arange(-2, 2)[:, None] + 0.5 + 0.5 * _NODES
@@ -83,7 +85,7 @@ def _recursion(last, gamma, gains, roots):
         spread[:] = 0.0  # covariance of the predictions
         for j in range(n_knots):
             left = gamma[m, 0] - spread[0, 0]
-            roots[m, j] = np.sqrt(left)
+            roots[m, j] = np.sqrt(max(left, 1e-14 * gamma[m, 0]))
             for i in range(n_lags):
                 ahead = 0.0  # of T spread, its first column
                 if i + 1 < n_lags:

@@ -257,7 +257,7 @@ def test_sensitivities_by_amounts_of_controls(vehicle, included, turning, extern
     history = family.fly(dimensional[None], body[None], turning.initial_state[None], moved, 0.25, 100.0)
     columns = [(len(dimensional) + 6 * k + axis, axis) for k in range(n) for axis in range(6)]
     sources, axes = (np.array(part) for part in zip(*columns, strict=True))
-    derivatives = family.sensitivities(
+    derivatives, _ = family.sensitivities(
         dimensional[None],
         body[None],
         history,
