@@ -295,10 +295,7 @@ def learn_coordinates(
 def jacobian_price(problem: LeastSquares, parameters: np.ndarray) -> float:
     """The time of a Jacobian over the time per simulation in a batch, on this machine.
 
-    Parameters
-    ----------
-    problem : whose simulations and Jacobians are measured; they are counted like any others
-    parameters : (n_params,) where the simulation completes
+    They are counted like any others. At the parameters (n_params,) the simulation completes.
     """
     batch = np.repeat(np.asarray(parameters, dtype=float)[None], PRICE_BATCH, axis=0)
     simulation = _fastest(lambda: problem.residuals(batch)) / PRICE_BATCH

@@ -19,30 +19,15 @@ __all__ = ["KINDS", "Kind", "Signal", "VehicleLog", "read"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of log.
+    """A kind of log."""
 
-    Attributes
-    ----------
-    title : str
-        What it is, in words.
-    module : str
-        Module of this package with the function ``read(path, log_map)``.
-    example : str
-        A file name of this kind.
-    is_folder : bool
-        Whether it may be a folder.
-    is_by_file : bool
-        Whether files that overlap in time are tables of one log, so that signals get the names of their files.
-    map_is_fixed : bool
-        Whether the built-in map serves for all logs of this kind.
-    """
-
-    title: str
-    module: str
-    example: str
-    is_folder: bool = False
+    title: str  # what it is, in words
+    module: str  # module of this package with the function ``read(path, log_map)``
+    example: str  # a file name of this kind
+    is_folder: bool = False  # whether it may be a folder
+    # whether files that overlap in time are tables of one log, so that signals get the names of their files
     is_by_file: bool = False
-    map_is_fixed: bool = False
+    map_is_fixed: bool = False  # whether the built-in map serves for all logs of this kind
 
 
 KINDS = {
