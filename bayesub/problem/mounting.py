@@ -59,11 +59,8 @@ def check(name: str, mount: Mount, channels: Sequence[Channel], moving: Sequence
     key = "lever_arm_m" if mount.axis else "clock_offset_s"
     if len({getattr(channel, key) for channel in members}) > 1:
         names = ", ".join(channel.name for channel in members)
-        raise InputError(
-            f"nuisance '{name}': the channels {names} have different {key}; give the sensors an 'instrument' each",
-            "conflict",
-            name,
-        )
+        text = f"nuisance '{name}': the channels {names} have different {key}; give the sensors an 'instrument' each"
+        raise InputError(text, "conflict", name)
     if mount.axis:
         model = MeasurementModel(members, current=False, moved=(mount.instrument,))
         turning = [

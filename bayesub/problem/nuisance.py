@@ -213,7 +213,7 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
 
 
 class Nuisances:
-    """All nuisance parameters of a problem: `held` (n,) if they are not inferred, `varied` what of actuators changes."""
+    """All nuisance parameters of a problem: (n,) `held` if they are not inferred, and what of actuators is `varied`."""
 
     def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre: Manoeuvre):
         self.parameters = parameters

@@ -155,11 +155,8 @@ class Problem(TrialProblem):
         active = equations.columns(equations.active(None, manoeuvre, manoeuvre.subproblem))
         columns = candidates[prior.has_scale(candidates, xi, equations) & np.isin(candidates, active)]
         if not columns.size:
-            raise InputError(
-                "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre",
-                "missing",
-                "free",
-            )
+            text = "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
+            raise InputError(text, "missing", "free")
         noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]

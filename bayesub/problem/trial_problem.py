@@ -162,11 +162,8 @@ class TrialProblem(FlownTrial):
         inside = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
         for channel, kept in zip(record.channels, inside, strict=True):
             if not kept.any():
-                raise InputError(
-                    f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier",
-                    "data",
-                    channel.name,
-                )
+                text = f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier"
+                raise InputError(text, "data", channel.name)
         return of_readings(self, record, inside)
 
     @property

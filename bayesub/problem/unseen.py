@@ -104,12 +104,9 @@ def warm_up(problem: TrialProblem, warm_up_s: float | None = None) -> float:
         warm_up_s = float(max(lengths, dense))
     last, n_left = problem.times.max(), np.count_nonzero(problem.times > warm_up_s)
     if n_left < JUDGED_READINGS or warm_up_s > LONGEST_WARM_UP * last:
-        raise InputError(
-            f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s, which leaves {n_left} "
-            "readings; give a longer log or a shorter warm_up_s",
-            "data",
-            "warm_up_s",
-        )
+        fault = f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s"
+        text = f"{fault}, which leaves {n_left} readings; give a longer log or a shorter warm_up_s"
+        raise InputError(text, "data", "warm_up_s")
     return warm_up_s
 
 

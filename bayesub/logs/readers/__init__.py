@@ -93,11 +93,8 @@ def _read(kind: str, path: Path, log_map: LogMap, is_whole: bool = False) -> Veh
         raise
     except Exception as error:  # whatever a library raises for a file that it cannot make out
         reason = str(error).strip().partition("\n")[0] or type(error).__name__
-        raise InputError(
-            f"{path}: cannot be read as {KINDS[kind].title}: {reason}; is it of this kind ({', '.join(KINDS)}), "
-            "and whole?",
-            "format",
-        ) from None
+        fault = f"{path}: cannot be read as {KINDS[kind].title}: {reason}"
+        raise InputError(f"{fault}; is it of this kind ({', '.join(KINDS)}), and whole?", "format") from None
     if not log.signals and log_map.columns and not is_whole:
         return _read(kind, path, log_map, is_whole=True)
     if not log.signals:
