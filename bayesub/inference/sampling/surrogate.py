@@ -149,7 +149,8 @@ class Surrogate:
 class _Simulations:
     """Residuals where they have been simulated, of the directions in which they vary.
 
-    These are orthonormal, `span` (k, n_readings). For each batch `z` has the places (n, n_params) and `changes` the residuals (n, k) less those at the mode.
+    These are orthonormal, `span` (k, n_readings). For each batch `z` has the places (n, n_params) and `changes` the
+    residuals (n, k) less those at the mode.
     """
 
     def __init__(self, problem: Emulated, geometry: Geometry):
