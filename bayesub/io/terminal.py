@@ -92,12 +92,7 @@ def duration(seconds: float) -> str:
 def pace(speed: float | None, left: float | None) -> str:
     """The pace of work in words, such as ``12.3/s, 2 min 05 s left``; empty as long as it is not known.
 
-    Parameters
-    ----------
-    speed : float or None
-        Units a second.
-    left : float or None
-        Seconds until the work is done.
+    Speed is in units a second, and what is left in seconds.
     """
     if not speed or not left:
         return ""
@@ -112,18 +107,9 @@ class Progress(Protocol):
         """Say that a stage begins, and that the one before is done."""
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
-        """Say how far the stage is.
+        """Say how far the stage is: units done of its total, which may change.
 
-        Parameters
-        ----------
-        done : float
-            Units that are done.
-        total : float
-            Units of the stage; it may change.
-        unit : str
-            Such as "starts" or "steps"; empty for a mere fraction.
-        note : str
-            Whatever else there is to know, such as the present R-hat.
+        A unit is such as "starts" or "steps", empty for a mere fraction; a note such as the present R-hat.
         """
 
     def remark(self, sentence: str) -> None:

@@ -43,15 +43,8 @@ _Memory = dict[tuple, tuple[Misfits, tuple[Series, ...]]]  # relation and column
 def findings(log: dict[str, np.ndarray], headers: dict[str, str], controls: tuple[str, ...] = ()) -> list[Finding]:
     """All that disagrees in a log.
 
-    Parameters
-    ----------
-    log : dict of str to ndarray of shape (n,)
-        Short name -> values in SI units in the order of the file, ``time`` among them; not a number where there is no
-        reading.
-    headers : dict of str to str
-        Short name -> header of the column in its file.
-    controls : tuple of str
-        Short names of controls besides those of all boats.
+    By short name it has (n,) values in SI units in the order of the file, ``time`` among them, not a number where there
+    is no reading; `headers` are those of the columns in its file. `controls` are besides those of all boats.
     """
     controls = (*CONTROLS, "rpm", *controls)
     headers = {name: HEADERS.get(name, name) for name in log} | headers

@@ -53,20 +53,8 @@ class Conversion:
 def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     """Make the columns that a map asks for, each reading at its own time.
 
-    Parameters
-    ----------
-    log : VehicleLog
-        What the vehicle wrote.
-    log_map : LogMap
-        Which signal becomes which column.
-    source : Path
-        The map file, for messages.
-
-    Raises
-    ------
-    InputError
-        For a signal that the log does not have, units that do not fit, a clock that was set, and columns without a
-        time in common.
+    Messages name its file, `source`. An InputError is raised for a signal that the log does not have, units that do not
+    fit, a clock that was set, and columns without a time in common.
     """
     columns = {}
     for name, section in log_map.columns.items():

@@ -75,12 +75,8 @@ CONTROL_COLUMNS = tuple(HEADERS[name] for name in (*CONTROLS, "rpm"))
 def si_factor(name: str) -> float:
     """SI units in one unit of a column: pi/180 for ``yaw_deg``, 1 for ``yaw_rad`` and ``x_m``.
 
-    Controls of equation sets and actuators have columns of their own, such as ``fin_1_deg`` and ``thruster_n``.
-
-    Parameters
-    ----------
-    name : str
-        Header of a column, or short name of a quantity for the column as it is written.
+    The name is a header, or the short one of a quantity for the column as it is written. Controls of equation sets and
+    actuators have columns of their own, such as ``fin_1_deg`` and ``thruster_n``.
     """
     header = HEADERS.get(name, name)
     return COLUMNS[header][1] if header in COLUMNS else (DEGREE if header.endswith("_deg") else 1.0)
@@ -104,22 +100,8 @@ def read_log(
     Besides the columns of all logs it may have those of `controls`, whose short names are the columns themselves.
 
     Numbers are parsed directly, a million rows in seconds and in little more memory than they fill. Only a file in
-    which that fails is read a second time as text, to find the line that is wrong.
-
-    Parameters
-    ----------
-    path : Path
-    controls : iterable of str
-        Columns of a vehicle's own.
-    ascending : bool
-        Whether times that do not ascend are an error.
-    weight_density : float
-        Of the water, N/m^3, by which pressure becomes depth.
-
-    Raises
-    ------
-    InputError
-        With file, column or line, and remedy.
+    which that fails is read a second time as text, to find the line that is wrong. If `ascending`, times that do not
+    ascend are an error. By the weight density of the water, N/m^3, pressure becomes depth.
     """
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)

@@ -24,45 +24,24 @@ Unit = Annotated[str, pydantic.AfterValidator(_known_unit)]
 
 
 class Clock(Section):
-    """Where the time stamps of a file or of a part of it stand, and how they are read.
+    """Where the time stamps of a file or of a part of it stand, and how they are read."""
 
-    Attributes
-    ----------
-    signal : str or None
-        The signal that holds the time stamps; of tables and of files of arrays only.
-    date : str or None
-        The column of dates or of GPS weeks, if the stamps hold the time of the day or of the week only.
-    format : str or None
-        What the stamps are: a pattern of dates such as ``%d/%m/%Y``, or a count (:mod:`bayesub.logs.readers.stamps`).
-    unit : str or None
-        Their unit; by default what the file says, what the numbers show, or seconds.
-    wraps_every_s : float or None
-        After how many seconds the clock begins again at its smallest time.
-    """
-
-    signal: str | None = None
-    date: str | None = None
+    signal: str | None = None  # the signal that holds the time stamps; of tables and of files of arrays only
+    date: str | None = None  # the column of dates or of GPS weeks, if the stamps are of the day or of the week only
+    # what the stamps are: a pattern of dates such as ``%d/%m/%Y``, or a count (:mod:`bayesub.logs.readers.stamps`)
     format: str | None = None
-    unit: Unit | None = None
-    wraps_every_s: Positive | None = None
+    unit: Unit | None = None  # their unit; by default what the file says, what the numbers show, or seconds
+    wraps_every_s: Positive | None = None  # after how many seconds the clock begins again at its smallest time
 
 
 class TimeSection(Clock):
-    """The clock of the converted log.
+    """The clock of the converted log."""
 
-    Attributes
-    ----------
-    tables : dict of str to Clock
-        Table, variable or structure with another clock than the rest -> where its stamps stand.
-    zero : float or "first"
-        What becomes 0 s: a time of the file's clock (s), or the first reading of the columns.
-    start_s, end_s : float or None
-        What is kept, seconds from zero.
-    """
-
+    # table, variable or structure with another clock than the rest -> where its stamps stand
     tables: dict[str, Clock] = pydantic.Field(default_factory=dict)
+    # what becomes 0 s: a time of the file's clock (s), or the first reading of the columns
     zero: float | Literal["first"] = "first"
-    start_s: float | None = None
+    start_s: float | None = None  # what is kept, seconds from zero
     end_s: float | None = None
 
     def clock(self, table: str) -> Clock:
@@ -78,58 +57,26 @@ class TimeSection(Clock):
 
 
 class ColumnSection(Section):
-    """How a column is made: sign * (factor * (value - zero), in the unit of the column) + offset.
+    """How a column is made: sign * (factor * (value - zero), in the unit of the column) + offset."""
 
-    Attributes
-    ----------
-    signal : str
-        Name of the signal.
-    unit : str or None
-        Unit of the signal, or of factor times the signal; by default that of the file without a factor, and that of
-        the column with one.
-    zero : float
-        Value of the signal that means zero, such as the counts of a fin amidships.
-    factor : float or None
-        Units for each count or per cent.
-    points : tuple of (float, float) or None
-        In place of zero and factor: value of the signal, value of the column; straight between them.
-    sign : 1 or -1
-        -1 if the file has the positive direction the other way round.
-    offset : float
-        Added at the end, in the unit of the column.
-    held : bool
-        The value holds until the next, as an order does; otherwise a straight line joins them.
-    delay_s : float
-        How late the time stamps are.
-    interval_s : float or None
-        At most one reading in this time.
-    valid : (float, float) or None
-        Values of the signal outside of these are no readings.
-    missing : tuple of float
-        Values of the signal that stand for no reading.
-    wrap : bool
-        Angles are brought to 0 .. 360 degrees.
-    water_density_kgm3 : float or None
-        Makes a depth of a pressure.
-    optional : bool
-        The file may lack the signal.
-    """
-
-    signal: str
+    signal: str  # name of the signal
+    # unit of the signal, or of factor times the signal; by default that of the file without a factor, and that of the
+    # column with one
     unit: Unit | None = None
-    zero: float = 0.0
-    factor: float | None = None
+    zero: float = 0.0  # value of the signal that means zero, such as the counts of a fin amidships
+    factor: float | None = None  # units for each count or per cent
+    # in place of zero and factor: value of the signal, value of the column; straight between them
     points: tuple[tuple[float, float], ...] | None = None
-    sign: Literal[1, -1] = 1
-    offset: float = 0.0
-    held: bool = False
-    delay_s: float = 0.0
-    interval_s: Positive | None = None
-    valid: tuple[float, float] | None = None
-    missing: tuple[float, ...] = ()
-    wrap: bool = False
-    water_density_kgm3: WaterDensity | None = None
-    optional: bool = False
+    sign: Literal[1, -1] = 1  # -1 if the file has the positive direction the other way round
+    offset: float = 0.0  # added at the end, in the unit of the column
+    held: bool = False  # the value holds until the next, as an order does; otherwise a straight line joins them
+    delay_s: float = 0.0  # how late the time stamps are
+    interval_s: Positive | None = None  # at most one reading in this time
+    valid: tuple[float, float] | None = None  # values of the signal outside of these are no readings
+    missing: tuple[float, ...] = ()  # values of the signal that stand for no reading
+    wrap: bool = False  # angles are brought to 0 .. 360 degrees
+    water_density_kgm3: WaterDensity | None = None  # makes a depth of a pressure
+    optional: bool = False  # the file may lack the signal
 
     @pydantic.model_validator(mode="after")
     def _is_one_rule(self):
@@ -147,30 +94,16 @@ class ColumnSection(Section):
 
 
 class LogMap(Section):
-    """A map file.
+    """A map file."""
 
-    Attributes
-    ----------
-    kind : str or None
-        Kind of log that the map is for.
-    cache : str or None
-        Of ``slocum``: the folder of the cache files (.cac).
-    definitions : tuple of str
-        Of ``ros``: files (.msg) of messages that the bag does not define, or folders of them.
-    where : dict of str to str or float
-        Of tables: column -> what it holds in the rows that are read, such as the name of one of several vehicles.
-    time : TimeSection
-        The clock.
-    columns : dict of str to ColumnSection
-        Column of our log -> how it is made.
-    """
-
-    kind: str | None = None
-    cache: str | None = None
+    kind: str | None = None  # kind of log that the map is for
+    cache: str | None = None  # of ``slocum``: the folder of the cache files (.cac)
+    # of ``ros``: files (.msg) of messages that the bag does not define, or folders of them
     definitions: tuple[str, ...] = ()
+    # of tables: column -> what it holds in the rows that are read, such as the name of one of several vehicles
     where: dict[str, str | float] = pydantic.Field(default_factory=dict)
     time: TimeSection = TimeSection()
-    columns: dict[str, ColumnSection] = pydantic.Field(default_factory=dict)
+    columns: dict[str, ColumnSection] = pydantic.Field(default_factory=dict)  # column of our log -> how it is made
 
 
 def read_map(path: Path, kind: str | None = None) -> LogMap:

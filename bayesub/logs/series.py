@@ -85,29 +85,17 @@ def windows(
 
 @dataclass(frozen=True)
 class Finding:
-    """One disagreement among the columns of a log.
+    """One disagreement among the columns of a log."""
 
-    Attributes
-    ----------
-    kind : str
-        ``sign``, ``unit`` or ``name`` is another than the name says; ``axes`` of velocities or the ``origin`` of an
-        angle; averages across a ``wrap``; ``stuck`` at one value; ``constant`` from first to last; a ``mark`` for no
-        reading; the ``order`` of rows; ``mixed`` rows of several boats; another ``run`` begins; the ``clock`` was set;
-        ``stamp``: repeated ones, or too few digits.
-    columns : tuple of str
-        Headers of the columns that are wrong.
-    message : str
-        What they hold, with the number that shows it.
-    remedy : str
-        What to change in the file or in the study.
-    misread : bool
-        Whether the whole column holds something else than its name says, and not only some of its cells.
-    """
-
+    # ``sign``, ``unit`` or ``name`` is another than the name says; ``axes`` of velocities or the ``origin`` of an
+    # angle; averages across a ``wrap``; ``stuck`` at one value; ``constant`` from first to last; a ``mark`` for no
+    # reading; the ``order`` of rows; ``mixed`` rows of several boats; another ``run`` begins; the ``clock`` was set;
+    # ``stamp``: repeated ones, or too few digits
     kind: str
-    columns: tuple[str, ...]
-    message: str
-    remedy: str
+    columns: tuple[str, ...]  # headers of the columns that are wrong
+    message: str  # what they hold, with the number that shows it
+    remedy: str  # what to change in the file or in the study
+    # whether the whole column holds something else than its name says, and not only some of its cells
     misread: bool = False
 
     def line(self) -> str:

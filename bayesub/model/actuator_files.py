@@ -247,11 +247,8 @@ def check_fit(
         if displaced:
             raise InputError("displacement: needs [[actuators]] in place of [actuators]", "conflict", "displacement")
         if others and section.plane_limit_deg is None:
-            raise InputError(
-                f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}",
-                "missing",
-                "actuators.plane_limit_deg",
-            )
+            text = f"actuators: plane_limit_deg is missing; the equations '{equations.name}' have {', '.join(others)}"
+            raise InputError(text, "missing", "actuators.plane_limit_deg")
         return
     if not section:
         raise InputError(
@@ -261,11 +258,8 @@ def check_fit(
         values = [getattr(one, key) for one in section]
         repeated = next((value for value in values if values.count(value) > 1), None)
         if repeated is not None:
-            raise InputError(
-                f"actuators: two have the {'column' if key == 'header' else key} '{repeated}'; give one another",
-                "conflict",
-                repeated,
-            )
+            text = f"actuators: two have the {'column' if key == 'header' else key} '{repeated}'; give one another"
+            raise InputError(text, "conflict", repeated)
     of_equations = {control.column for control in equations.controls}
     known = of_equations | {RUDDER, BOW_PLANE, STERN_PLANE, AILERON}
     for one in section:
@@ -283,11 +277,8 @@ def check_fit(
             if not any(share for column, share in one.shares.items() if column in of_equations):
                 raise InputError(f"{where}: moves no control of the equations '{equations.name}'", "model", one.name)
         elif one.header in of_equations:
-            raise InputError(
-                f"{where}: column '{one.header}' is a control of the equations; leave the actuator out or rename it",
-                "conflict",
-                one.header,
-            )
+            text = f"{where}: column '{one.header}' is a control of the equations; leave the actuator out or rename it"
+            raise InputError(text, "conflict", one.header)
         elif max(map(abs, getattr(one, "position_m", (0.0,)))) > length_m:
             raise InputError(f"{where}: position_m lies further than length_m from the origin", "value", "position_m")
 

@@ -177,11 +177,8 @@ class Actuators:
             raise InputError(f"{source}: there is no {column} to be ordered; the boat has {listed}", "unknown", column)
         share = self.allocation[:, self.equations.control(column, source)]
         if not share.any():
-            raise InputError(
-                f"{source}: no actuator can make the ordered {column}; they are {', '.join(self.columns)}",
-                "model",
-                column,
-            )
+            text = f"{source}: no actuator can make the ordered {column}; they are {', '.join(self.columns)}"
+            raise InputError(text, "model", column)
         return share
 
     def demands(self, orders: Orders, source: str) -> dict[int, tuple[np.ndarray, np.ndarray]]:
@@ -240,12 +237,9 @@ def values_of_log(actuators: Actuators, log: dict[str, np.ndarray], n: int, sour
         if name in CONTROL_HEADERS and name not in actuators.shorts and np.any(np.nan_to_num(history) != 0.0):
             if actuators.direct:
                 actuators.equations.control(CONTROL_HEADERS[name], source)
-            raise InputError(
-                f"{source}: has {CONTROL_HEADERS[name]}, which the boat does not have; it is moved by "
-                f"{', '.join(actuators.columns) or 'nothing'}",
-                "unknown",
-                CONTROL_HEADERS[name],
-            )
+            fault = f"{source}: has {CONTROL_HEADERS[name]}, which the boat does not have"
+            text = f"{fault}; it is moved by {', '.join(actuators.columns) or 'nothing'}"
+            raise InputError(text, "unknown", CONTROL_HEADERS[name])
     columns = [log.get(actuator.short, np.full(n, actuator.rest)) for actuator in actuators.members]
     return np.column_stack(columns or [np.empty((n, 0))])
 

@@ -96,12 +96,8 @@ class Flight:
         self.state = self.ahead(orders, n)[-1]
         self.now += n
         if not np.isfinite(self.state).all():
-            raise InputError(
-                f"vehicle '{self.vehicle.name}' does not survive this closed-loop manoeuvre: "
-                f"it fails before {self.now * self.sample:.4g} s",
-                "model",
-                self.vehicle.name,
-            )
+            fault = f"vehicle '{self.vehicle.name}' does not survive this closed-loop manoeuvre"
+            raise InputError(f"{fault}: it fails before {self.now * self.sample:.4g} s", "model", self.vehicle.name)
 
 
 def zigzag(flight: Flight, plane: str, angle: float, watched: int, reversal: float, executes: int, first: int) -> None:

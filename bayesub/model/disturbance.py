@@ -270,11 +270,8 @@ def unit(axis: str) -> str:
 def check_kind(kind: str) -> None:
     """Raise InputError for a process that does not exist."""
     if kind not in KINDS:
-        raise InputError(
-            f"disturbance: unknown kind '{kind}': expected {' or '.join(KINDS)}{nearest(kind, KINDS)}",
-            "unknown",
-            "kind",
-        )
+        text = f"disturbance: unknown kind '{kind}': expected {' or '.join(KINDS)}{nearest(kind, KINDS)}"
+        raise InputError(text, "unknown", "kind")
 
 
 def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
@@ -290,12 +287,8 @@ def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
         if axes.count(axis) > 1:
             raise InputError(f"disturbance: axis {axis} is named twice", "conflict", axis)
         if axis not in _PLANES[subproblem]:
-            raise InputError(
-                f"disturbance: axis {axis} has no part in the {subproblem} sub-problem, which has "
-                f"{' '.join(_PLANES[subproblem])}; leave it out",
-                "conflict",
-                axis,
-            )
+            fault = f"disturbance: axis {axis} has no part in the {subproblem} sub-problem"
+            raise InputError(f"{fault}, which has {' '.join(_PLANES[subproblem])}; leave it out", "conflict", axis)
 
 
 def hull_forces(trajectory: Trajectory, member: int = 0) -> np.ndarray:
@@ -330,12 +323,8 @@ def hull_force_rms(simulators: Iterable[Simulator]) -> np.ndarray:
         trajectory = simulator.at(times).undisturbed.trajectory(simulator.vehicle.xi)
         if trajectory.status[0] != "ok":
             status = trajectory.status[0].replace("_", " ")
-            raise InputError(
-                f"disturbance: a share is of the forces of '{simulator.vehicle.name}' on {manoeuvre.name}, where the "
-                f"boat {status}; give sd, or sd_n and sd_nm",
-                "model",
-                "share",
-            )
+            fault = f"disturbance: a share is of the forces of '{simulator.vehicle.name}' on {manoeuvre.name}"
+            raise InputError(f"{fault}, where the boat {status}; give sd, or sd_n and sd_nm", "model", "share")
         squares += manoeuvre.duration * np.mean(hull_forces(trajectory) ** 2, axis=0)
         total += manoeuvre.duration
     return np.sqrt(squares / total)

@@ -87,12 +87,9 @@ class Manoeuvre:
             present = vehicle.actuators.shorts
             moved = moved if self.inputs is None else self.input_columns
         if moved != present:
-            raise InputError(
-                f"manoeuvre '{self.name}' moves {', '.join(moved) or 'nothing'}, '{vehicle.name}' is moved by "
-                f"{', '.join(present) or 'nothing'}; load it for this vehicle",
-                "conflict",
-                self.name,
-            )
+            fault = f"manoeuvre '{self.name}' moves {', '.join(moved) or 'nothing'}"
+            text = f"{fault}, '{vehicle.name}' is moved by {', '.join(present) or 'nothing'}; load it for this vehicle"
+            raise InputError(text, "conflict", self.name)
 
 
 def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:

@@ -77,11 +77,8 @@ def simulate(
         times = manoeuvre.times
     elif np.isfinite(sample) and 0 < sample <= manoeuvre.duration:
         if not manoeuvre.duration / sample <= MAX_STEPS:
-            raise InputError(
-                f"an output interval of {sample:g} s gives more than {MAX_STEPS:,} rows; give a longer one",
-                "limit",
-                "sample",
-            )
+            text = f"an output interval of {sample:g} s gives more than {MAX_STEPS:,} rows; give a longer one"
+            raise InputError(text, "limit", "sample")
         times = np.arange(int(manoeuvre.duration / sample * (1 + 1e-12)) + 1) * sample
     else:
         raise InputError(

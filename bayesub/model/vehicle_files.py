@@ -166,20 +166,14 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
     if missing:
         listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
         total = f"{len(missing)} of the {len(equations.names)} coefficients"
-        raise InputError(
-            f"coefficients: {total} missing ({listed}); write 0 where there is none",
-            "missing",
-            f"coefficients.{missing[0]}",
-        )
+        text = f"coefficients: {total} missing ({listed}); write 0 where there is none"
+        raise InputError(text, "missing", f"coefficients.{missing[0]}")
     for name in () if file.correlations is None else file.correlations.coefficients:
         message = f"correlations: unknown coefficient '{name}'"
         check_known(name, equations.names, message, key="correlations.coefficients")
         if file.coefficients[name].sd is None:
-            raise InputError(
-                f"correlations: '{name}' has no sd; write {name} = {{ value = .., sd = .. }} in [coefficients]",
-                "missing",
-                f"coefficients.{name}.sd",
-            )
+            text = f"correlations: '{name}' has no sd; write {name} = {{ value = .., sd = .. }} in [coefficients]"
+            raise InputError(text, "missing", f"coefficients.{name}.sd")
     if equations.has_crossflow and file.hull is None:
         raise InputError(
             f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it", "missing", "hull"
@@ -187,10 +181,7 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
     if isinstance(file.propulsion, MeasuredSection) and isinstance(file.actuators, tuple):
         taken = {one.header for one in file.actuators} & set(MeasuredSection.COLUMNS)
         if taken:
-            raise InputError(
-                f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it",
-                "conflict",
-                min(taken),
-            )
+            text = f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it"
+            raise InputError(text, "conflict", min(taken))
     displaced = file.displacement is not None
     actuator_files.check_fit(file.actuators, equations, file.body.length_m, displaced)

@@ -262,11 +262,9 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
     except OverflowError:
         sizes = [math.inf]
     if not np.isfinite(sizes).all() or not vehicle.rpm_per_mps > 0.0 or not vehicle.dimensional_factors.all():
-        raise InputError(
-            f"{path}: masses, forces or thrust are too large, too small or undefined; check the units in [body], that "
-            "straight flight has a drag (a negative Xuu), and the size of the coefficients",
-            "model",
-        )
+        fault = f"{path}: masses, forces or thrust are too large, too small or undefined"
+        checks = "the units in [body], that straight flight has a drag (a negative Xuu)"
+        raise InputError(f"{fault}; check {checks}, and the size of the coefficients", "model")
     motion = without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
     if motion:
         raise InputError(

@@ -34,43 +34,29 @@ Amounts = Mapping[tuple[str, str], np.ndarray]  # kind and name of what is left 
 
 @dataclass(frozen=True)
 class SlowNoise:
-    """The residuals of one channel as they are if its noise is slow, of the sd that it is said to have.
+    """The residuals of one channel as they are if its noise is slow, of the sd that it is said to have."""
 
-    Attributes
-    ----------
-    rows : of the channel among the residuals
-    times : (n_times,) correlation times, s
-    whitened : (n_times, n, n_params + 1) Jacobian by standard coordinates, and residuals, whose noise is then
-        independent and of unit variance
-    half_log_determinants : (n_times,) of the correlation of the noise
-    """
-
-    rows: slice
-    times: np.ndarray
+    rows: slice  # of the channel among the residuals
+    times: np.ndarray  # (n_times,) correlation times, s
+    # (n_times, n, n_params + 1) Jacobian by standard coordinates, and residuals, whose noise is then independent and of
+    # unit variance
     whitened: np.ndarray
-    half_log_determinants: np.ndarray
+    half_log_determinants: np.ndarray  # (n_times,) of the correlation of the noise
 
 
 @dataclass(frozen=True)
 class Alternatives:
-    """Residuals of a problem at some parameters, and what could have moved them.
+    """Residuals of a problem at some parameters, and what could have moved them."""
 
-    Attributes
-    ----------
-    residuals : (n_rows,) with nothing that is left out, in first order
-    standard : (n_params,) the parameters in coordinates in which their prior is standard normal
-    jacobian : (n_rows, n_params) by these
-    effects : kind ("bias", "current", "coefficient") -> name -> (n_rows, k) columns for a unit of a parameter, one for
-        each trial or component; of a coefficient for as much as its value
-    forces : axis -> (n_rows, n_knots) columns for a unit of the non-dimensional force at each knot of each trial
-    factors : correlation time, s -> (n_knots, n_knots) factor of the covariance of these forces for a unit sd
-    """
-
-    residuals: np.ndarray
-    standard: np.ndarray
-    jacobian: np.ndarray
+    residuals: np.ndarray  # (n_rows,) with nothing that is left out, in first order
+    standard: np.ndarray  # (n_params,) the parameters in coordinates in which their prior is standard normal
+    jacobian: np.ndarray  # (n_rows, n_params) by these
+    # kind ("bias", "current", "coefficient") -> name -> (n_rows, k) columns for a unit of a parameter, one for each
+    # trial or component; of a coefficient for as much as its value
     effects: dict[str, dict[str, np.ndarray]]
+    # axis -> (n_rows, n_knots) columns for a unit of the non-dimensional force at each knot of each trial
     forces: dict[str, np.ndarray]
+    # correlation time, s -> (n_knots, n_knots) factor of the covariance of these forces for a unit sd
     factors: dict[float, np.ndarray]
 
 
@@ -79,10 +65,6 @@ class LeftOut:
 
     A problem that has unknown forces already gets no others. Forces need the kernels with external forces, which are
     compiled on first use.
-
-    Parameters
-    ----------
-    problem : of one trial or several
     """
 
     def __init__(self, problem: TrialProblem | JointProblem):

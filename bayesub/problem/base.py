@@ -115,20 +115,12 @@ def _plain(trial, nuisance_priors):
 
 @dataclass
 class Costs:
-    """What has been computed so far; one counter is shared by all views of a problem.
+    """What has been computed so far; one counter is shared by all views of a problem."""
 
-    Attributes
-    ----------
-    simulations : number of simulations, a member of a batch each; those within a Jacobian are not among them
-    jacobians : number of Jacobians
-    failures : status -> number of simulations that ended so
-    seconds : wall time of all of these
-    """
-
-    simulations: int = 0
-    jacobians: int = 0
-    failures: dict[str, int] = field(default_factory=dict)
-    seconds: float = 0.0
+    simulations: int = 0  # number of simulations, a member of a batch each; those within a Jacobian are not among them
+    jacobians: int = 0  # number of Jacobians
+    failures: dict[str, int] = field(default_factory=dict)  # status -> number of simulations that ended so
+    seconds: float = 0.0  # wall time of all of these
 
     def __add__(self, other: "Costs") -> "Costs":
         words = self.failures | other.failures
@@ -149,24 +141,15 @@ class PosteriorDensity(Viewed):
 
     It is all that :mod:`bayesub.inference.interface` names. A subclass says what its channels
     contribute, which trials it is made of and what it has cost.
-
-    Attributes
-    ----------
-    names : the n_params free coefficients and after them the nuisance parameters
-    n_coefficients : how many of the parameters are coefficients
-    columns : (n_coefficients,) the positions of these in a coefficient set
-    xi : (n_terms,) values of the coefficients that are not free
-    nuisance_priors : nuisance parameter -> prior of it alone, in the unit of its name
-    prior : of all parameters together
     """
 
-    names: tuple[str, ...]
-    n_coefficients: int
-    columns: np.ndarray
-    xi: np.ndarray
+    names: tuple[str, ...]  # the n_params free coefficients and after them the nuisance parameters
+    n_coefficients: int  # how many of the parameters are coefficients
+    columns: np.ndarray  # (n_coefficients,) the positions of these in a coefficient set
+    xi: np.ndarray  # (n_terms,) values of the coefficients that are not free
     coefficient_prior: Prior
-    nuisance_priors: dict[str, Prior]
-    prior: Prior
+    nuisance_priors: dict[str, Prior]  # nuisance parameter -> prior of it alone, in the unit of its name
+    prior: Prior  # of all parameters together
     equations: EquationSet
 
     @property

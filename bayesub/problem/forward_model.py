@@ -28,11 +28,8 @@ from bayesub.sensors.record import Record
 class Currents:
     """A constant current and one that varies, either of which may be missing.
 
-    Parameters
-    ----------
-    disturbances : with histories of a current, perhaps
-    histories : of the nuisance parameters, those of the disturbances
-    times : (n_times,) at which the water is wanted where no others are given, s
+    Disturbances may have histories of a current; `histories` are theirs among the nuisance parameters. Where no other
+    times are given, the water is wanted at `times` (n_times,), s.
     """
 
     def __init__(self, nuisances: Nuisances, disturbances: Disturbances | None, histories: slice, times: np.ndarray):
@@ -60,15 +57,10 @@ class Currents:
     def water(
         self, values: np.ndarray, times: np.ndarray | None = None, history: ForceHistory | None = None
     ) -> Water | None:
-        """How the water moves; None without a current.
+        """How the water moves, (n_batch, n_times, 2), or (n_times, 2) of a history alone; None without a current.
 
-        Of (n_batch, n_times, 2) each, or (n_times, 2) of a history alone.
-
-        Parameters
-        ----------
-        values : (n_batch, n_nuisances)
-        times : (n_batch, n_times), s, if members have their own
-        history : of the current of one member, by default that of the values
+        Values are (n_batch, n_nuisances), and times (n_batch, n_times), s, if members have their own. The history of
+        the current of one member is by default that of the values.
         """
         currents = self._nuisances.currents(values)
         steady = None if currents is None else Water.steady(currents, self._times if times is None else times)
@@ -160,10 +152,8 @@ Given = dict[str, Any]  # arrays or None: what members have of their own, argume
 class ReadingTimes:
     """The measured outputs of a simulator at the times of the readings, which differ by member with unknown clocks.
 
-    Parameters
-    ----------
-    simulator : with output at all times at which a channel reads
-    latest_s : how much later than the record says the last readings may have been taken
+    The simulator has output at all times at which a channel reads, and the last readings may have been taken
+    `latest_s` later than the record says.
     """
 
     def __init__(self, simulator: Simulator, measurement: MeasurementModel, mounting: Mounting, latest_s: float):
@@ -227,24 +217,9 @@ class ForwardModel:
     """What the channels of a record read, as a function of coefficient sets and nuisance parameters.
 
     Coefficient sets are (n_batch, n_terms), values of the nuisance parameters (n_batch, n_nuisances) in their own
-    units. Nothing here is counted but by :meth:`count`.
-
-    Parameters
-    ----------
-    vehicle, manoeuvre, record : as those of :class:`bayesub.problem.problem.Problem`
-    parameters : the nuisance parameters, of :func:`bayesub.problem.nuisance.find`
-    dt : integration step, s
-
-    Attributes
-    ----------
-    measurement : what the channels read of a motion
-    simulator : with output at all times at which a channel reads
-    nuisances : how the nuisance parameters act
-    mounting : how those of them act that are clocks and places of instruments
-    currents : how the water moves
-    disturbances : how those act that make a history of forces, or None
-    others : positions of the nuisance parameters that do not
-    costs : the counter that all problems on this model share
+    units. Nothing here is counted but by :meth:`count`, in the `costs` that all problems on this model
+    share. The nuisance parameters are of :func:`bayesub.problem.nuisance.find`; `others` are positions of those that
+    make no history of forces. The integration step `dt` is in s.
     """
 
     def __init__(
@@ -354,17 +329,10 @@ class ForwardModel:
     def slopes(
         self, sets: np.ndarray, values: np.ndarray, names: Sequence[str], *, of_nuisances: bool = True
     ) -> np.ndarray:
-        """Derivatives of the readings of one member, SI units.
+        """Derivatives (n_readings, n_coefficients) of the readings of one member by coefficients, SI units.
 
-        Parameters
-        ----------
-        sets, values : (1, n_terms) and (1, n_nuisances)
-        names : the n_coefficients coefficients to differentiate by
-        of_nuisances : whether to differentiate by the nuisance parameters too
-
-        Returns
-        -------
-        (n_readings, n_coefficients), followed if asked by a column for each nuisance parameter that is not of a history
+        Sets are (1, n_terms) and values (1, n_nuisances). If asked, a column follows for each nuisance parameter that
+        is not of a history.
         """
         moved, effects = self.nuisances.on_motion() if of_nuisances else ((), None)
         times, given, currents = self._readings.times(values), self._given(values), self.currents
@@ -403,13 +371,8 @@ class ForwardModel:
 
         Sets are (1, n_terms) and values (1, n_nuisances). States are those of the motion, and how far the water has
         moved in each direction in which a current varies; the columns are n_states, and axis after axis the forces at
-        HATS knots.
-
-        Returns
-        -------
-        ends : (n_pieces, n_states, n_columns) derivatives of the state at the end of a piece
-        rows : (n_readings, n_columns) derivatives of the readings, SI units
-        numbers : (n_readings,) of the pieces in which these are
+        HATS knots. Given are derivatives of the state at the ends of pieces (n_pieces, n_states, n_columns), those of
+        the readings (n_readings, n_columns), SI units, and the numbers (n_readings,) of the pieces in which these are.
         """
         own, given = self._readings.times(values), self._given(values)
         times = self.measurement.times if own is None else own[0]

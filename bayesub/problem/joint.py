@@ -190,11 +190,8 @@ def _check(problems) -> None:
                 "the trials of a joint problem must have the same vehicle and the same prior", "conflict", "problems"
             )
         if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
-            raise InputError(
-                "the trials of a joint problem must hold the same coefficients and free the same body",
-                "conflict",
-                "problems",
-            )
+            text = "the trials of a joint problem must hold the same coefficients and free the same body"
+            raise InputError(text, "conflict", "problems")
 
 
 def _shared(problems) -> tuple[dict[str, Prior], dict[str, list[str]]]:

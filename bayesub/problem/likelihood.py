@@ -11,43 +11,27 @@ from bayesub.sensors.record import Channel
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """The noise of one channel at nuisance parameters of a batch.
-
-    Attributes
-    ----------
-    unknown : attribute of the model that is inferred -> (n_batch,) values
-    members : the model with these
-    times : (n,) of the readings, s
-    part : where they stand among all readings
-    """
+    """The noise of one channel at nuisance parameters of a batch."""
 
     name: str
     model: Noise
-    unknown: dict[str, np.ndarray]
-    members: Noise
-    times: np.ndarray
-    part: slice
+    unknown: dict[str, np.ndarray]  # attribute of the model that is inferred -> (n_batch,) values
+    members: Noise  # the model with these
+    times: np.ndarray  # (n,) of the readings, s
+    part: slice  # where they stand among all readings
 
 
 @dataclass(frozen=True, eq=False)
 class Likelihood:
-    """The likelihood of readings given predictions (n_batch, n_readings) and nuisance parameters (n_batch, n).
-
-    Attributes
-    ----------
-    slices : where the readings of each stand among all
-    readings : (n_readings,) measured values, SI units
-    noises : the noise model of each channel
-    inferred : attribute, position among the nuisance parameters and factor to SI of what is inferred of each noise
-    widening : how many times as large as inferred an sd is taken that is inferred
-    """
+    """The likelihood of readings given predictions (n_batch, n_readings) and nuisance parameters (n_batch, n)."""
 
     channels: Sequence[Channel]
-    slices: Sequence[slice]
-    readings: np.ndarray
-    noises: tuple[Noise, ...]
+    slices: Sequence[slice]  # where the readings of each stand among all
+    readings: np.ndarray  # (n_readings,) measured values, SI units
+    noises: tuple[Noise, ...]  # the noise model of each channel
+    # attribute, position among the nuisance parameters and factor to SI of what is inferred of each noise
     inferred: Sequence[Sequence[tuple[str, int, float]]]
-    widening: float = 1.0
+    widening: float = 1.0  # how many times as large as inferred an sd is taken that is inferred
 
     @property
     def n_rows(self) -> int:

@@ -26,17 +26,11 @@ _LEVER = "lever_"
 
 @dataclass(frozen=True)
 class Mount:
-    """The instrument and the clock or lever arm that a parameter stands for.
-
-    Attributes
-    ----------
-    axis : of its lever arm, x, y or z; empty for the clock
-    value : what the sensors say, s or m
-    """
+    """The instrument and the clock or lever arm that a parameter stands for."""
 
     instrument: str
-    axis: str
-    value: float
+    axis: str  # of its lever arm, x, y or z; empty for the clock
+    value: float  # what the sensors say, s or m
 
 
 def mounts(channels: Sequence[Channel]) -> dict[str, Mount]:
@@ -65,11 +59,8 @@ def check(name: str, mount: Mount, channels: Sequence[Channel], moving: Sequence
     key = "lever_arm_m" if mount.axis else "clock_offset_s"
     if len({getattr(channel, key) for channel in members}) > 1:
         names = ", ".join(channel.name for channel in members)
-        raise InputError(
-            f"nuisance '{name}': the channels {names} have different {key}; give the sensors an 'instrument' each",
-            "conflict",
-            name,
-        )
+        text = f"nuisance '{name}': the channels {names} have different {key}; give the sensors an 'instrument' each"
+        raise InputError(text, "conflict", name)
     if mount.axis:
         model = MeasurementModel(members, current=False, moved=(mount.instrument,))
         turning = [
@@ -120,16 +111,10 @@ def _feels_place(channel) -> bool:
 
 
 class Mounting:
-    """How the unknown clocks and lever arms of a problem act.
+    """How the unknown clocks and lever arms of a problem act, given what is at positions among the nuisance parameters.
 
-    Parameters
-    ----------
-    members : position among the nuisance parameters -> what it is
-
-    Attributes
-    ----------
-    clocks : instrument with an unknown clock -> position of it
-    moved : instrument with an unknown lever arm -> position and number, 0 to 2, of each component that is not known
+    By instrument, `clocks` are positions of unknown ones, and `moved` positions and numbers, 0 to 2, of the components
+    of an unknown lever arm.
     """
 
     def __init__(self, members: dict[int, Mount], channels: Sequence[Channel]):

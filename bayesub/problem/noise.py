@@ -108,12 +108,9 @@ class Noise:
     ) -> np.ndarray:
         """(n_batch,) minus twice the log density less that of predictions that equal the readings.
 
-        The latter has the attributes of the model itself, and if it has no bound nothing is taken off.
-
-        Parameters
-        ----------
-        residuals : (n_batch, n) those of the predictions
-        members : the noise of the members (:meth:`of_members`), the model itself if nothing of it is inferred
+        The latter has the attributes of the model itself, and if it has no bound nothing is taken off. Residuals
+        (n_batch, n) are those of the predictions. `members` is the noise of the members (:meth:`of_members`), the model
+        itself if nothing of it is inferred.
         """
         if self.is_normal and members is self:
             return np.einsum("ij,ij->i", residuals, residuals)
@@ -129,15 +126,8 @@ def scale_rows(
     With the gradient g and the observed information I = L L' of the log density by the logarithms of the attributes,
     z = -L^-1 g and J = L' give J'z = -g and J'J = I, as the rows of readings do for what moves the predictions.
     Where I is not positive definite the absolute values of its eigenvalues are taken. Derivatives are central
-    differences of the log density, which needs no simulation.
-
-    Parameters
-    ----------
-    unknown : attribute -> (n_batch,) values, k attributes
-
-    Returns
-    -------
-    z (n_batch, k), and J (n_batch, k, k) by the logarithms of the attributes in the order of `unknown`.
+    differences of the log density, which needs no simulation. The k attributes that are unknown have (n_batch,) values
+    each; z is (n_batch, k), and J (n_batch, k, k) by the logarithms of the attributes in their order.
     """
     names, k = list(unknown), len(unknown)
     logs = np.log(np.stack([np.asarray(unknown[name], dtype=float) for name in names], axis=1))

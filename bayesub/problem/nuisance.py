@@ -67,26 +67,17 @@ MOVING: dict[str | None, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Nuisance:
-    """One nuisance parameter.
-
-    Attributes
-    ----------
-    value : where it is if it is not inferred, in its unit
-    factor : SI units in its unit
-    motion : parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one
-    channel : name of the channel, for parameters of one
-    attribute : of the noise of the channel, or "bias" or "scale"
-    mount : what it is of an instrument
-    later_s : of a clock, how much later than the record says readings may have been taken, at least and at most
-    """
+    """One nuisance parameter."""
 
     name: str
-    value: float
-    factor: float = 1.0
+    value: float  # where it is if it is not inferred, in its unit
+    factor: float = 1.0  # SI units in its unit
+    # parameters of :meth:`bayesub.model.simulator.Simulator.sensitivities` -> SI units for a unit of this one
     motion: dict[str, float] = field(default_factory=dict)
-    channel: str = ""
-    attribute: str = ""
-    mount: mounting.Mount | None = None
+    channel: str = ""  # name of the channel, for parameters of one
+    attribute: str = ""  # of the noise of the channel, or "bias" or "scale"
+    mount: mounting.Mount | None = None  # what it is of an instrument
+    # of a clock, how much later than the record says readings may have been taken, at least and at most
     later_s: tuple[float, float] = (0.0, 0.0)
 
 
@@ -222,13 +213,7 @@ def _of_channels(channels, noises) -> dict[str, Nuisance]:
 
 
 class Nuisances:
-    """All nuisance parameters of a problem.
-
-    Attributes
-    ----------
-    held : (n,) their values if they are not inferred
-    varied : what they change of actuators
-    """
+    """All nuisance parameters of a problem: (n,) `held` if they are not inferred, and what of actuators is `varied`."""
 
     def __init__(self, parameters: tuple[Nuisance, ...], vehicle: Vehicle, manoeuvre: Manoeuvre):
         self.parameters = parameters

@@ -140,12 +140,8 @@ class Given(CoefficientPrior):
                         f"prior: '{name}' is correlated but is not given a mean and an sd", "missing", name
                     )
             if first == second or not -1.0 < correlation < 1.0:
-                raise InputError(
-                    f"prior: a correlation is of two coefficients and between -1 and 1, found {correlation} of "
-                    f"{first} and {second}",
-                    "value",
-                    "correlations",
-                )
+                fault = "prior: a correlation is of two coefficients and between -1 and 1"
+                raise InputError(f"{fault}, found {correlation} of {first} and {second}", "value", "correlations")
 
     def check(self, names: Sequence[str]) -> None:
         """Raise an InputError if a prior is given of a coefficient that is not among the `names` of a set's."""
@@ -198,12 +194,8 @@ class Given(CoefficientPrior):
         try:
             factor = np.linalg.cholesky(matrix)
         except np.linalg.LinAlgError:
-            raise InputError(
-                f"prior: the correlations of {', '.join(names)} contradict each other: their matrix is not positive "
-                "definite",
-                "conflict",
-                "correlations",
-            ) from None
+            fault = f"prior: the correlations of {', '.join(names)} contradict each other"
+            raise InputError(f"{fault}: their matrix is not positive definite", "conflict", "correlations") from None
         return CorrelatedNormal(mean, sd[:, None] * factor)
 
 

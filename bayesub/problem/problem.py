@@ -46,22 +46,10 @@ def sensed_step(
     a draw whose simulation fails at both steps has no likelihood and is left out. Accelerations jump with the forces,
     and a reading next to a jump may fall to the other side at any step, so one in a hundred of them is left out.
 
-    Parameters
-    ----------
-    forward_at : gives the forward model with a step, s
-    noises : the noise model of each channel
-    prior : of the free coefficients, followed by the nuisance parameters
-    columns : (n_coefficients,) positions of the free coefficients in a set
-    xi : (n_terms,) values of the other coefficients
-
-    Returns
-    -------
-    one of :func:`bayesub.model.simulator.steps`, s; for a boat that fails at the mean of the prior with all of them
-        that of :func:`bayesub.model.simulator.choose_step`
-
-    Raises
-    ------
-    InputError : if no step is short enough
+    The prior is of the free coefficients, whose positions in a set are `columns` (n_coefficients,), and the nuisance
+    parameters; `xi` (n_terms,) has the other coefficients. It is one of :func:`bayesub.model.simulator.steps`, s; for a
+    boat that fails at the mean of the prior with all of them that of :func:`bayesub.model.simulator.choose_step`. If
+    no step is short enough an InputError says so.
     """
     parameters = np.vstack([prior.mean, prior.sample(np.random.default_rng(_SEED), N_DRAWS)])
     sets = np.repeat(xi[None], len(parameters), axis=0)
@@ -167,11 +155,8 @@ class Problem(TrialProblem):
         active = equations.columns(equations.active(None, manoeuvre, manoeuvre.subproblem))
         columns = candidates[prior.has_scale(candidates, xi, equations) & np.isin(candidates, active)]
         if not columns.size:
-            raise InputError(
-                "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre",
-                "missing",
-                "free",
-            )
+            text = "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
+            raise InputError(text, "missing", "free")
         noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]

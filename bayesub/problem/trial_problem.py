@@ -20,18 +20,11 @@ from bayesub.problem.priors import CoefficientPrior
 
 
 class FlownTrial(PosteriorDensity):
-    """The motion of one trial, and the truth behind a synthetic record.
+    """The motion of one trial, and the truth behind a synthetic record."""
 
-    Attributes
-    ----------
-    forward : the forward model
-    inferred : positions of the nuisance parameters that are inferred, among those of the forward model
-    readings : (n_readings,) measured values, SI units
-    """
-
-    forward: ForwardModel
-    inferred: list[int]
-    readings: np.ndarray
+    forward: ForwardModel  # the forward model
+    inferred: list[int]  # positions of the nuisance parameters that are inferred, among those of the forward model
+    readings: np.ndarray  # (n_readings,) measured values, SI units
     fixed_nuisances: np.ndarray | None
 
     def nuisance_values(self, parameters: np.ndarray) -> np.ndarray:
@@ -102,19 +95,6 @@ class FlownTrial(PosteriorDensity):
 class TrialProblem(FlownTrial):
     """The posterior density of one trial; :class:`bayesub.problem.problem.Problem` poses it, views change its parts.
 
-    Parameters
-    ----------
-    forward : the forward model, whose costs all views share
-    columns : (n_coefficients,) positions of the free coefficients in a set
-    xi : (n_terms,) values of the coefficients that are not free
-    spread : rule that gives the free coefficients their prior
-    nuisance_priors : nuisance parameter -> prior of it alone, of those of the forward model that are inferred
-    noises : the noise model of each channel
-    readings : (n_readings,) measured values, SI units
-    fixed_nuisances : (n_nuisances,) values of the nuisance parameters, if not all of them are inferred; noise is known
-        then
-    widening : how many times as large as inferred the sd of a channel is taken where it is inferred (:meth:`widened`)
-
     Attributes
     ----------
     simulator : flies it, with output at the times of the readings
@@ -128,14 +108,17 @@ class TrialProblem(FlownTrial):
     inferred : positions of the nuisance parameters that are inferred, among those of the forward model
     """
 
-    forward: ForwardModel
-    columns: np.ndarray
-    xi: np.ndarray
-    spread: CoefficientPrior
+    forward: ForwardModel  # the forward model, whose costs all views share
+    columns: np.ndarray  # (n_coefficients,) positions of the free coefficients in a set
+    xi: np.ndarray  # (n_terms,) values of the coefficients that are not free
+    spread: CoefficientPrior  # rule that gives the free coefficients their prior
+    # nuisance parameter -> prior of it alone, of those of the forward model that are inferred
     nuisance_priors: dict[str, Prior]
-    noises: tuple[Noise, ...]
-    readings: np.ndarray
+    noises: tuple[Noise, ...]  # the noise model of each channel
+    readings: np.ndarray  # (n_readings,) measured values, SI units
+    # (n_nuisances,) values of the nuisance parameters, if not all of them are inferred; noise is known then
     fixed_nuisances: np.ndarray | None = None
+    # how many times as large as inferred the sd of a channel is taken where it is inferred (:meth:`widened`)
     widening: float = 1.0
 
     def __post_init__(self):
@@ -179,11 +162,8 @@ class TrialProblem(FlownTrial):
         inside = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
         for channel, kept in zip(record.channels, inside, strict=True):
             if not kept.any():
-                raise InputError(
-                    f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier",
-                    "data",
-                    channel.name,
-                )
+                text = f"no reading of '{channel.name}' is of the trial if it was taken {seconds:g} s earlier"
+                raise InputError(text, "data", channel.name)
         return of_readings(self, record, inside)
 
     @property

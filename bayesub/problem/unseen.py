@@ -18,19 +18,12 @@ LONGEST_WARM_UP = 0.5  # of the time of the readings
 
 @dataclass(frozen=True)
 class UnseenTrial:
-    """A trial that a posterior shall predict.
-
-    Attributes
-    ----------
-    problem : of the trial alone, with the vehicle and the prior of those that were fitted
-    warm_up_s : time from its start in which its readings say what the fitted trials do not tell
-    is_left_out : whether it is one of the trials of the study, left out of a fit of the others
-    """
+    """A trial that a posterior shall predict."""
 
     name: str
-    problem: TrialProblem
-    warm_up_s: float
-    is_left_out: bool = False
+    problem: TrialProblem  # of the trial alone, with the vehicle and the prior of those that were fitted
+    warm_up_s: float  # time from its start in which its readings say what the fitted trials do not tell
+    is_left_out: bool = False  # whether it is one of the trials of the study, left out of a fit of the others
 
     def with_fitted_noise(self, fitted: TrialProblem | JointProblem, best: np.ndarray) -> "UnseenTrial":
         """The same trial, where noise whose sd is integrated out has that of the fitted errors of its channel.
@@ -111,12 +104,9 @@ def warm_up(problem: TrialProblem, warm_up_s: float | None = None) -> float:
         warm_up_s = float(max(lengths, dense))
     last, n_left = problem.times.max(), np.count_nonzero(problem.times > warm_up_s)
     if n_left < JUDGED_READINGS or warm_up_s > LONGEST_WARM_UP * last:
-        raise InputError(
-            f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s, which leaves {n_left} "
-            "readings; give a longer log or a shorter warm_up_s",
-            "data",
-            "warm_up_s",
-        )
+        fault = f"is too short to be predicted: of {last:.4g} s the warm-up takes {warm_up_s:.4g} s"
+        text = f"{fault}, which leaves {n_left} readings; give a longer log or a shorter warm_up_s"
+        raise InputError(text, "data", "warm_up_s")
     return warm_up_s
 
 

@@ -29,28 +29,16 @@ _LONGEST = 1.0  # step of a coordinate, whose prior sd is one
 
 @dataclass(frozen=True)
 class Prediction:
-    """Readings of a log as draws of parameters predict them.
+    """Readings of a log as draws of parameters predict them."""
 
-    Attributes
-    ----------
-    slices : channel -> its readings
-    times : (n_readings,) s
-    readings : (n_readings,) measured values
-    sds : (n_readings,) of their noise
-    predicted : (n_flown, n_readings) noise-free readings of the draws whose simulation did not fail
-    replicated : (n_flown, n_readings) readings that these draws could have made
-    n_failed : draws whose simulation failed, which are left out
-    warm_up : readings until then are not judged, s
-    """
-
-    slices: Mapping[str, slice]
-    times: np.ndarray
-    readings: np.ndarray
-    sds: np.ndarray
-    predicted: np.ndarray
-    replicated: np.ndarray
-    n_failed: int
-    warm_up: float = 0.0
+    slices: Mapping[str, slice]  # channel -> its readings
+    times: np.ndarray  # (n_readings,) s
+    readings: np.ndarray  # (n_readings,) measured values
+    sds: np.ndarray  # (n_readings,) of their noise
+    predicted: np.ndarray  # (n_flown, n_readings) noise-free readings of the draws whose simulation did not fail
+    replicated: np.ndarray  # (n_flown, n_readings) readings that these draws could have made
+    n_failed: int  # draws whose simulation failed, which are left out
+    warm_up: float = 0.0  # readings until then are not judged, s
 
     @cached_property
     def n_flown(self) -> int:

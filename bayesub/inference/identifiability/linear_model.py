@@ -57,12 +57,8 @@ class Integrated:
 class LinearModel:
     """The linear model of the residuals (n_rows,) about standard coordinates t (n_params,), forces integrated out.
 
-    Attributes
-    ----------
-    others : (n_others,) positions of the parameters that are no white coordinates of forces
-    prior : of these
-    residuals, jacobian : (n_rows,) and (n_rows, n_others) by their t
-    gain : by how much the sum of squares falls if the white coordinates alone are those that fit best
+    The prior is of the parameters that are no white coordinates of forces, `others` (n_others,), and the Jacobian
+    (n_rows, n_others) by their t. By the `gain` the sum of squares falls if the white coordinates alone fit best.
     """
 
     def __init__(self, problem: Searchable, t: np.ndarray, residuals: np.ndarray):

@@ -92,11 +92,8 @@ class Checkpoint:
         for key in settings | notes["settings"]:
             before, now = notes["settings"].get(key, "another"), settings.get(key, "none")  # where one has no such key
             if before != now:
-                raise InputError(
-                    f"{self.folder}: cannot be resumed: {key} was {before} and is now {now}; remove it to start afresh",
-                    "state",
-                    key,
-                )
+                fault = f"{self.folder}: cannot be resumed: {key} was {before} and is now {now}"
+                raise InputError(f"{fault}; remove it to start afresh", "state", key)
         geometry = {key.removeprefix("geometry_"): a for key, a in arrays.items() if key.startswith("geometry_")}
         blocks = list(self._blocks())
         self.n_blocks, self.n_steps = len(blocks), sum(len(block.chain) for block in blocks)
@@ -130,12 +127,9 @@ class Checkpoint:
                 file.write(hashlib.sha256(content.getbuffer()).digest())
                 file.write(content.getbuffer())
         except OSError as error:
-            raise InputError(
-                f"{self.folder}: checkpoint cannot be written: {reason(error)}; the {self.n_steps} steps before are "
-                "safe and a resumed run continues from them",
-                "file",
-                "checkpoint",
-            ) from None
+            fault = f"{self.folder}: checkpoint cannot be written: {reason(error)}"
+            text = f"{fault}; the {self.n_steps} steps before are safe and a resumed run continues from them"
+            raise InputError(text, "file", "checkpoint") from None
 
     def _read(self, name):
         """Notes and arrays of a block, or None if its checksum is not that of its content."""

@@ -43,12 +43,8 @@ _NEWTON = 2  # steps to the forces that fit best at each draw
 class _Response:
     """How forces follow the other parameters in one trial, and the readings the forces.
 
-    Attributes
-    ----------
-    pieces : G between knots, of n_terms
-    mix : (n_features, n_terms)
-    forces : (n_features, n_axes, n_knots) near those that fit best
-    bends : (n_rows,) means of the squares of w in the residuals
+    Its `pieces` are G between knots, of n_terms, which `mix` (n_features, n_terms) makes; `forces` (n_features, n_axes,
+    n_knots) are near those that fit best, and `bends` (n_rows,) means of the squares of w in the residuals.
     """
 
     def __init__(self, history: LatentForces, pieces: Pieces, mix: np.ndarray, forces: np.ndarray, bends: np.ndarray):

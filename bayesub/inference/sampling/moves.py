@@ -86,12 +86,8 @@ class SurrogateTransition(emcee.moves.Move):
     otherwise. As this depends on the place, the ratio has s(d') / s(d) besides, or that of 1 - s, as for any mixture of
     moves whose shares vary (Green 1995, section 3).
 
-    Parameters
-    ----------
-    density : log S (n,) of coords (n, n_params)
-    short : walk
-    long : walks, one of which is taken at each step
-    level : of d = log p - log S, where S is right
+    The `density` is log S (n,) of coords (n, n_params). One of the long walks is taken at each step. Where S is right,
+    d = log p - log S is at the `level`.
     """
 
     def __init__(self, density: Callable, short: Callable, long: Sequence[Callable], level: float = 0.0):

@@ -93,11 +93,8 @@ def sample(
     """
     n_walkers = N_WALKERS if n_walkers is None else n_walkers
     if n_ensembles < 1 or n_walkers < 2:
-        raise InputError(
-            f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}",
-            "value",
-            "n_ensembles" if n_ensembles < 1 else "n_walkers",
-        )
+        text = f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}"
+        raise InputError(text, "value", "n_ensembles" if n_ensembles < 1 else "n_walkers")
     with store.opened(checkpoint) as saved:
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine, moves)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
@@ -150,12 +147,8 @@ class _Run:
                 self.state = self.blocks[-1].state
             log_prob = self.geometry.log_prob(problem, self.state.coords)
             if not np.allclose(log_prob, self.state.log_prob, rtol=1e-9, atol=_SAME):
-                raise InputError(
-                    f"{saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs; "
-                    "remove it to start afresh",
-                    "state",
-                    "checkpoint",
-                )
+                fault = f"{saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs"
+                raise InputError(f"{fault}; remove it to start afresh", "state", "checkpoint")
             self.marked = _costs(problem)
         self._parameters: np.ndarray | None = None  # of the walkers, if they cost a simulation
         if problem.histories:
@@ -295,10 +288,7 @@ def learn_coordinates(
 def jacobian_price(problem: LeastSquares, parameters: np.ndarray) -> float:
     """The time of a Jacobian over the time per simulation in a batch, on this machine.
 
-    Parameters
-    ----------
-    problem : whose simulations and Jacobians are measured; they are counted like any others
-    parameters : (n_params,) where the simulation completes
+    They are counted like any others. At the parameters (n_params,) the simulation completes.
     """
     batch = np.repeat(np.asarray(parameters, dtype=float)[None], PRICE_BATCH, axis=0)
     simulation = _fastest(lambda: problem.residuals(batch)) / PRICE_BATCH

@@ -82,12 +82,9 @@ _FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and in
 class Surrogate:
     """Emulated posterior density.
 
-    Attributes
-    ----------
-    geometry : its whitening and active directions stay as they are; its bends may change later
-    polynomials : of the k emulated residuals
-    flies : whether trajectories without reflection are worth their gradients; bounds stop them
-    power : of the emulated likelihood, with which it is nearest to that of the posterior
+    The whitening and active directions of its geometry stay as they are; its bends may change later. The polynomials
+    are of the k emulated residuals. It `flies` if trajectories without reflection, which bounds stop, are worth their
+    gradients. With the `power` the emulated likelihood is nearest to that of the posterior.
     """
 
     def __init__(self, geometry: Geometry, polynomials: Polynomials, *, flies: bool = True, power: float = 1.0):
@@ -152,11 +149,8 @@ class Surrogate:
 class _Simulations:
     """Residuals where they have been simulated, of the directions in which they vary.
 
-    Attributes
-    ----------
-    span : (k, n_readings) these directions, orthonormal
-    z : list of (n, n_params) places, one for each batch
-    changes : list of (n, k) residuals less those at the mode
+    These are orthonormal, `span` (k, n_readings). For each batch `z` has the places (n, n_params) and `changes` the
+    residuals (n, k) less those at the mode.
     """
 
     def __init__(self, problem: Emulated, geometry: Geometry):

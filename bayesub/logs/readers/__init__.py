@@ -19,30 +19,15 @@ __all__ = ["KINDS", "Kind", "Signal", "VehicleLog", "read"]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of log.
+    """A kind of log."""
 
-    Attributes
-    ----------
-    title : str
-        What it is, in words.
-    module : str
-        Module of this package with the function ``read(path, log_map)``.
-    example : str
-        A file name of this kind.
-    is_folder : bool
-        Whether it may be a folder.
-    is_by_file : bool
-        Whether files that overlap in time are tables of one log, so that signals get the names of their files.
-    map_is_fixed : bool
-        Whether the built-in map serves for all logs of this kind.
-    """
-
-    title: str
-    module: str
-    example: str
-    is_folder: bool = False
+    title: str  # what it is, in words
+    module: str  # module of this package with the function ``read(path, log_map)``
+    example: str  # a file name of this kind
+    is_folder: bool = False  # whether it may be a folder
+    # whether files that overlap in time are tables of one log, so that signals get the names of their files
     is_by_file: bool = False
-    map_is_fixed: bool = False
+    map_is_fixed: bool = False  # whether the built-in map serves for all logs of this kind
 
 
 KINDS = {
@@ -108,11 +93,8 @@ def _read(kind: str, path: Path, log_map: LogMap, is_whole: bool = False) -> Veh
         raise
     except Exception as error:  # whatever a library raises for a file that it cannot make out
         reason = str(error).strip().partition("\n")[0] or type(error).__name__
-        raise InputError(
-            f"{path}: cannot be read as {KINDS[kind].title}: {reason}; is it of this kind ({', '.join(KINDS)}), "
-            "and whole?",
-            "format",
-        ) from None
+        fault = f"{path}: cannot be read as {KINDS[kind].title}: {reason}"
+        raise InputError(f"{fault}; is it of this kind ({', '.join(KINDS)}), and whole?", "format") from None
     if not log.signals and log_map.columns and not is_whole:
         return _read(kind, path, log_map, is_whole=True)
     if not log.signals:

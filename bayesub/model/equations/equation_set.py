@@ -170,11 +170,8 @@ class EquationSet:
                 f"unknown sub-problem '{wanted}': expected horizontal or vertical", "unknown", "subproblem"
             )
         if wanted not in self.subproblems:
-            raise InputError(
-                f"equations '{self.name}' have no {wanted} sub-problem: they are those of surge, sway and yaw",
-                "conflict",
-                "subproblem",
-            )
+            text = f"equations '{self.name}' have no {wanted} sub-problem: they are those of surge, sway and yaw"
+            raise InputError(text, "conflict", "subproblem")
         return wanted
 
     def term(self, name: str) -> Term:
@@ -196,11 +193,8 @@ class EquationSet:
         if column not in columns:
             listed = ", ".join(columns) or "no controls"
             suggestion = nearest(column, columns) or "."
-            raise InputError(
-                f"{wanted_by}: unknown control '{column}'{suggestion} The equations '{self.name}' have {listed}",
-                "unknown",
-                column,
-            )
+            text = f"{wanted_by}: unknown control '{column}'{suggestion} The equations '{self.name}' have {listed}"
+            raise InputError(text, "unknown", column)
         return columns.index(column)
 
     def columns(self, names: Iterable[str]) -> np.ndarray:

@@ -155,11 +155,8 @@ def _extended(name: str, located: Callable[[str], str]) -> dict[str, tuple[Path,
             chain = [path for path, _ in files.values()]
             base = toml_files.find(located(name), "equations")
             if base.resolve() in {path.resolve() for path in chain}:
-                raise InputError(
-                    f"a set cannot extend itself ({' extends '.join(p.name for p in (*chain, base))})",
-                    "model",
-                    "extends",
-                )
+                text = f"a set cannot extend itself ({' extends '.join(p.name for p in (*chain, base))})"
+                raise InputError(text, "model", "extends")
 
 
 @functools.lru_cache(maxsize=64)
