@@ -32,11 +32,11 @@ from bayesub.inference.interface import Forced, LatentForces, Sampled
 from bayesub.kernels.kalman import Pieces, Smoothed, causes, smooth
 
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
-_DRAWS = 3  # for each feature, to which terms are fitted
-_ACTIVE, _MOST_ACTIVE = 0.03, 8  # change of G, in what matters, along directions that have products; how many at most
-_WORTH = 0.01  # change of G that is worth a term
+_DRAWS = 6  # for each feature, to which terms are fitted
+_ACTIVE, _MOST_ACTIVE = 0.03, 10  # change of G, in what matters, along directions that have products; how many at most
+_WORTH = 0.003  # change of G that is worth a term
 _STORED = (*Pieces._fields, "mix", "forces", "bends")
-_TOGETHER = 8  # draws at which G is found at once
+_TOGETHER = 64  # draws at which G is found at once
 _NEWTON = 2  # steps to the forces that fit best at each draw
 
 
