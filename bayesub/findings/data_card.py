@@ -122,7 +122,8 @@ def check(problem: AnyProblem, title: str) -> DataCard:
             interval = float(np.median(steps)) if len(steps) else 0.0
             gaps = tuple((float(times[k]), float(times[k + 1])) for k in np.flatnonzero(steps > GAP * interval))
             outliers = times[outlier_candidates(times, channel.values, channel.total_sd)]
-            alone = _whitened(problem, part, places, part.rows[channel.name])
+            rows_of_one = part.rows[channel.name]
+            alone = _whitened(problem, part, places, rows_of_one) if part.histories else whitened[rows_of_one]
             informed = _information(alone, factor)
             column = log_files.HEADERS[channel.quantity]
             channels.append(ChannelCard(name, column, times, interval, gaps, outliers, *informed))
