@@ -268,8 +268,11 @@ class Forced(Sampled, Protocol):
     def prior_of_others(self) -> InferencePrior:
         """The prior of the parameters that are not white coordinates of histories."""
 
-    def jacobian_of_others(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_rows, n_others) :meth:`jacobian` by the parameters that are not white coordinates of histories."""
+    def jacobian_of_others(self, parameters: np.ndarray, responses: Sequence[Pieces] | None = None) -> np.ndarray:
+        """(n_rows, n_others) :meth:`jacobian` by the parameters that are not white coordinates of histories.
+
+        `responses` are those of the histories at these parameters, if they are known already.
+        """
 
     def with_wide_process(self) -> Self:
         """A view with a known and wide process of the forces."""

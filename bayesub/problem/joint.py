@@ -1,8 +1,9 @@
 """Several trials of one vehicle as one inference problem."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 
@@ -131,21 +132,19 @@ class JointProblem(PosteriorDensity):
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
         """(n_rows, n_params), trial after trial."""
-        blocks = []
-        for trial, problem, values in self.each_trial(parameters):
-            block = problem.jacobian(values)
-            blocks.append(np.zeros((len(block), self.n_params)))
-            blocks[-1][:, self._places[trial]] = block
-        return np.concatenate(blocks)
+        blocks = [
+            (problem.jacobian(values), self._places[trial]) for trial, problem, values in self.each_trial(parameters)
+        ]
+        return _stacked(blocks, self.n_params)
 
-    def jacobian_of_others(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_rows, n_others), trial after trial."""
-        blocks = []
+    def jacobian_of_others(self, parameters: np.ndarray, responses: Sequence[Any] | None = None) -> np.ndarray:
+        """(n_rows, n_others), trial after trial; `responses` are those of the histories, if they are known already."""
+        known, blocks = None if responses is None else iter(responses), []
         for trial, problem, values in self.each_trial(parameters):
-            block = problem.jacobian_of_others(values)
-            blocks.append(np.zeros((len(block), len(self.others))))
-            blocks[-1][:, np.searchsorted(self.others, self._places[trial][problem.others])] = block
-        return np.concatenate(blocks)
+            own = None if known is None else [next(known) for _ in problem.histories]
+            places = np.searchsorted(self.others, self._places[trial][problem.others])
+            blocks.append((problem.jacobian_of_others(values, own), places))
+        return _stacked(blocks, len(self.others))
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """Axis -> linear form in the free coefficients at parameters (n_params,), the trials below one another."""
@@ -177,6 +176,15 @@ class JointProblem(PosteriorDensity):
     def replicated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n_batch, n_readings) readings that each member could have made, trial after trial."""
         return np.concatenate(self._of_trials("replicated", parameters, rng), axis=1)
+
+
+def _stacked(blocks, n_columns) -> np.ndarray:
+    """Blocks (n, k) below one another, each with its columns at its own places (k,) of all."""
+    stacked = []
+    for block, places in blocks:
+        stacked.append(np.zeros((len(block), n_columns)))
+        stacked[-1][:, places] = block
+    return np.concatenate(stacked)
 
 
 def _check(problems) -> None:

@@ -1,6 +1,6 @@
 """The posterior density of one trial: a forward model, noise models and priors."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -242,18 +242,22 @@ class TrialProblem(FlownTrial):
 
         (history,) = self.histories
         jacobian = np.zeros((self.n_rows, self.n_params))
-        jacobian[:, self.others] = self.jacobian_of_others(parameters)
+        response = history.response(parameters)
+        jacobian[:, self.others] = self.jacobian_of_others(parameters, [response])
         factors = history.disturbances.factor(parameters[None, history.process])
         n_axes, n_knots, _ = factors.shape
         forces = np.zeros((n_axes, n_knots, n_axes, n_knots))
         for a, factor in enumerate(factors):
             forces[a, :, a] = factor.T
-        by_white = respond(history.response(parameters), forces.reshape(-1, n_axes, n_knots))
+        by_white = respond(response, forces.reshape(-1, n_axes, n_knots))
         jacobian[:, history.columns] = by_white.T
         return jacobian
 
-    def jacobian_of_others(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_rows, n_others) :meth:`jacobian` without columns of white coordinates of forces."""
+    def jacobian_of_others(self, parameters: np.ndarray, responses: Sequence[Any] | None = None) -> np.ndarray:
+        """(n_rows, n_others) :meth:`jacobian` without columns of white coordinates of forces.
+
+        `responses` are those of the histories at these parameters, if they are known already.
+        """
         self.costs.jacobians += 1
         sets, values = self.arguments(np.atleast_2d(parameters))
         predicted = self.weighing(sets, values)
@@ -273,7 +277,8 @@ class TrialProblem(FlownTrial):
         from bayesub.kernels.kalman import respond  # loads the compiler
 
         own = parameters[np.concatenate([history.process, history.columns])][None]
-        by_process = respond(history.response(parameters), history.disturbances.slopes(own)).T
+        (response,) = [history.response(parameters)] if responses is None else responses
+        by_process = respond(response, history.disturbances.slopes(own)).T
         return np.insert(jacobian, [history.process[0]] * len(history.process), by_process, axis=1)
 
     def weighed(self, parameters: np.ndarray, slopes: np.ndarray) -> np.ndarray:

@@ -62,7 +62,7 @@ class Forces(Linear):
         self.histories = (Known(slice(0, n), np.arange(1, n + 1), np.array([], dtype=int), None, np.arange(n + 1)),)
         self.prior_of_others = joined(normal(0.0, 1.0), {})
 
-    def jacobian_of_others(self, parameters):
+    def jacobian_of_others(self, parameters, _=None):
         return self.jacobian(parameters)[:, :1]
 
     def each_trial(self, parameters):

@@ -251,7 +251,7 @@ class Pushed(Toy):
     def _by_forces(self, parameters):
         return self._parts(parameters[None])[3][0] / self.sd
 
-    def jacobian_of_others(self, parameters):
+    def jacobian_of_others(self, parameters, _=None):
         return self.jacobian(parameters)[:, : len(self.prior_of_others.mean)]
 
     def marginal(self, theta, s):

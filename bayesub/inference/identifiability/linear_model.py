@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 
 from bayesub.inference.interface import Forced, LeastSquares, Searchable
-from bayesub.kernels.kalman import respond, smooth
+from bayesub.kernels.kalman import Pieces, respond, smooth
 
 
 class Integrated:
@@ -29,6 +29,11 @@ class Integrated:
                 pieces = pieces._replace(order=pieces.order[read], firsts=firsts)
             self.parts.append((history, pieces, history.innovations(parameters[None])))
         self.white = np.sort(np.concatenate([history.columns for history in problem.histories]))
+
+    @property
+    def responses(self) -> list[Pieces]:
+        """Those of the histories."""
+        return [pieces for _, pieces, _ in self.parts]
 
     def out(self, columns: np.ndarray, white: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Columns (n_rows, k) without the forces, and the white coordinates (k, n_white) that fit each best.
@@ -73,7 +78,9 @@ class LinearModel:
         self._integrated, self.prior = Integrated(forced, parameters), forced.prior_of_others
         self._white = self._integrated.white
         self.others = np.delete(np.arange(len(t)), self._white)
-        self._by_others = self.prior.chain(forced.jacobian_of_others(parameters), t[self.others])
+        self._by_others = self.prior.chain(
+            forced.jacobian_of_others(parameters, self._integrated.responses), t[self.others]
+        )
         self.jacobian, self._following = self._integrated.out(self._by_others)
         columns, _ = self._integrated.out(residuals[:, None], t[self._white])
         self.residuals = columns[:, 0]
@@ -119,5 +126,6 @@ def marginal_jacobian(problem: LeastSquares, parameters: np.ndarray, rows: np.nd
         jacobian = problem.jacobian(parameters)
     else:
         forced = cast(Forced, problem)
-        jacobian, _ = Integrated(forced, parameters, rows).out(forced.jacobian_of_others(parameters))
+        integrated = Integrated(forced, parameters, rows)
+        jacobian, _ = integrated.out(forced.jacobian_of_others(parameters, integrated.responses))
     return jacobian if rows is None else jacobian[rows]

@@ -92,7 +92,7 @@ class Marginalised:
         process = np.unique(np.concatenate([h.process for h in problem.histories]))
         self._moving = ~np.isin(self.others, process)
         self._x = self.prior.scaled(self.centre[self.others])
-        self._fitted: list[tuple[np.ndarray, list[list[np.ndarray]]]] = []  # draws, and what was found there
+        self._exacts: list[tuple[np.ndarray, list[list[np.ndarray]]]] = []  # draws, and what was found there
         if arrays is None:
             self._expand()
             return
@@ -116,8 +116,8 @@ class Marginalised:
 
     def _expand(self):
         """Take G at the centre, and how the forces follow psi from there."""
-        by_others = self.problem.jacobian_of_others(self.centre)
         linear = Integrated(self.problem, self.centre)
+        by_others = self.problem.jacobian_of_others(self.centre, linear.responses)
         by_scaled = self.prior.scaled_chain(by_others, self._x)
         rows, following = linear.out(by_scaled)
         # The principal axes of the Laplace approximation of psi, a standard deviation long.
@@ -147,11 +147,11 @@ class Marginalised:
         batches = [self._exact(full[k : k + _TOGETHER], rng) for k in range(0, len(full), _TOGETHER)]
         new = [[np.concatenate(parts) for parts in zip(*each, strict=True)] for each in zip(*batches, strict=True)]
         known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, _, forces, *_ in new], axis=0)
-        self._fitted = [*self._fitted[-1:], (others[known], [[part[known] for part in parts] for parts in new])]
-        others = np.concatenate([places for places, _ in self._fitted])
+        self._exacts = [*self._exacts[-1:], (others[known], [[part[known] for part in parts] for parts in new])]
+        others = np.concatenate([places for places, _ in self._exacts])
         learned = []
         for k, response in enumerate(self._responses):
-            each = zip(*(parts[k] for _, parts in self._fitted), strict=True)
+            each = zip(*(parts[k] for _, parts in self._exacts), strict=True)
             ends, rows, forces, bends, acting = map(np.concatenate, each)
             pieces, scales = response.pieces._replace(ends=ends, rows=rows), np.sqrt(acting.mean(axis=0))
             learned.append((pieces, forces, bends, scales))
