@@ -1,8 +1,11 @@
 """Tables, as Parquet or in text of any separator, names and units, decimal points or commas and times."""
 
+import codecs
 import io
+import itertools
 import re
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,142 +13,211 @@ import numpy as np
 
 from bayesub.io import units
 from bayesub.io.errors import InputError, check_known
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs.log_map import Clock, LogMap
 from bayesub.logs.readers import rows, stamps
 from bayesub.logs.readers.signals import Signal, VehicleLog, library
 
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
-SAMPLE = 20  # lines at the end of a file that tell how cells are separated
+SAMPLE = 20  # lines at the end of the first block that tell how cells are separated
 TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
 TIMES += ["zeit", "uhrzeit", "heure", "hora", "tijd"]
 DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]
 PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute", "min"], ["second", "sec", "ss"]]
 NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of one stamp end, in ROS
 MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
-MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
+BLOCK, ROWS = 1 << 22, 65536  # characters and rows that are read at a time
 
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
-def read(path: Path, log_map: LogMap) -> VehicleLog:
-    """Read a table with a row for each time; an empty cell is no reading."""
+def _of_windows(fault: Any) -> tuple[str, int]:
+    """What bytes that are no UTF-8 are instead, and where they end."""
+    return fault.object[fault.start : fault.end].decode("cp1252", errors="replace"), fault.end
+
+
+codecs.register_error("windows", _of_windows)
+
+
+def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog:
+    """Read a table with a row for each time, block by block; an empty cell is no reading.
+
+    Only the numbers of columns that the map names are kept, or of all if it names none.
+    """
+    import pandas as pd
+
     with path.open("rb") as file:
         is_parquet = file.read(4) == b"PAR1"
-    frame, heads, unit_cells, where, remarks, fault = (_read_parquet if is_parquet else _read_text)(path)
-    names = []
+    table: _Parquet | _Text = (_Parquet if is_parquet else _Text)(path, progress)
+    names, heads, fault, untimed = list[str](), table.heads, None, None
     for k, head in enumerate(heads):
         name, unit = _name_and_unit(head)
-        unit_cells[k] = unit_cells[k] or unit
+        table.units[k] = table.units[k] or unit
         names.append(name if name and name not in names else head or f"column_{k + 1}")
         if names[k] in names[:k]:
             fault = InputError(f"{path}: column '{head}' is given twice; rename one of them", "conflict", head)
             names[k] = f"{head}_{k + 1}"
-    frame = rows.of_one(path, frame, names, log_map.where)
-    used: tuple[int, ...] = ()
-    times, clock = np.full(len(frame), np.nan), log_map.time.clock(path.stem)
-    try:
-        used = _time_columns(frame, names, heads, clock)
-        times, more = _times(frame[list(used)], [names[k] for k in used], unit_cells[used[0]], clock, where)
-        remarks += more
-    except InputError as error:
-        fault, used = fault or error.within(str(path)), ()
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
-    parsed = [_numbers(frame[k]) for k in frame]
+    # A signal is called as the map has it, which may be as the file has it.
+    labels = [next((one for one in wanted if _plain(one) == h), n) for h, n in zip(heads, names, strict=True)]
+    cells = [rows.Cells(not wanted or label in wanted) for label in labels]
+    frames, clock = rows.of_one(path, table.blocks(), names, log_map.where), log_map.time.clock(path.stem)
+    used, first, stamped = tuple[int, ...](), next(frames), list[Any]()
+    try:
+        used = _time_columns(first, names, heads, clock)
+    except InputError as error:
+        untimed = error.within(str(path))
+    for frame in itertools.chain([first], frames):
+        stamped.append(frame[list(used)])
+        for k in set(frame) - set(used):
+            cells[k].add(frame[k])
+    times, remarks = np.full(sum(map(len, stamped)), np.nan), [*table.remarks]
+    try:
+        if used:
+            stamp = pd.concat(stamped, ignore_index=True)
+            times, more = _times(stamp, [names[k] for k in used], table.units[used[0]], clock, table.where)
+            remarks += more
+    except InputError as error:
+        untimed = error.within(str(path))
+        for k, frame in itertools.product(used, stamped):
+            cells[k].add(frame[k])
+        used = ()
+    fault = fault or table.fault or untimed
     if fault is None:
-        numbers = [values for _, values, _ in parsed]
-        remarks += rows.told_apart(frame, names, numbers, times) + rows.times_of_header(names, numbers, times)
-    signals = {}
-    for k, (name, (filled, values, text)) in enumerate(zip(names, parsed, strict=True)):
-        remarks += rows.of_text(name, frame[k], filled) if k not in used and not text else []
-        filled = filled & (np.isfinite(times) | (fault is not None))
-        if k not in used and text:
-            remarks.append(f"'{name}' holds text such as '{text}' and is left out")
-        elif k not in used:
-            label = next((signal for signal in wanted if _plain(signal) == heads[k]), name)  # as the file has it
-            signals[label] = Signal(times[filled], values[filled], unit_cells[k])
+        begin = rows.first_compared(times)
+        is_first = begin + rows.LOOK <= len(first) or len(first) == len(times)
+        frames = iter([first]) if is_first else rows.of_one(path, table.blocks(), names, log_map.where)
+        some = rows.some(frames, begin)
+        readings = [stamps.as_numbers(some[k]) for k in some]
+        remarks += rows.told_apart(some, names, readings, times[begin : begin + rows.LOOK])
+        remarks += rows.times_of_header(names, readings, times)
+    timed = np.isfinite(times) | (fault is not None)
+    kept = slice(None) if timed.all() else timed
+    signals, times = {}, times[kept]
+    for k, (label, column) in enumerate(zip(labels, cells, strict=True)):
+        remarks += column.remarks(names[k])
+        if column.values and not column.is_text:
+            values = column.numbers()[kept]
+            filled = ~np.isposinf(values)
+            if filled.all():
+                signals[label] = Signal(times, values, table.units[k])
+            else:
+                signals[label] = Signal(times[filled], values[filled], table.units[k])
     return VehicleLog(path, signals, tuple(remarks), fault)
 
 
-# Cells of the columns 0, 1, .., their heads and units, a place in words, remarks, and what is wrong.
-Table = tuple[Any, list[str], list[str], str, list[str], InputError | None]
+class _Parquet:
+    """A Parquet file and its cells, block by block."""
+
+    where, remarks, fault = "row {}", (), None
+
+    def __init__(self, path: Path, progress: Progress):
+        self.file, self.progress = library("pyarrow.parquet", path).ParquetFile(path, buffer_size=BLOCK), progress
+        self.heads = [str(name) for name in self._frame(self.file.schema_arrow.empty_table(), 0)]
+        self.units = [""] * len(self.heads)
+
+    def _frame(self, part: Any, begin: int) -> Any:
+        """Rows from `begin` on as a table of pandas, with the index as a column if it has a name or holds moments."""
+        import pandas as pd
+
+        frame = part.to_pandas()
+        for index in (self.file.schema_arrow.pandas_metadata or {}).get("index_columns", ()):
+            if isinstance(index, dict):  # a range, of all rows
+                whole = pd.RangeIndex(index["start"], index["stop"], index["step"], name=index["name"])
+                frame.index = whole[begin : begin + len(frame)]
+        if frame.index.name is not None or frame.index.dtype.kind in "Mm":
+            frame = frame.reset_index(names=frame.index.name or "time")
+        return frame
+
+    def blocks(self) -> Iterator[Any]:
+        """Tables of pandas with columns 0, 1, .."""
+        begin, n = 0, self.file.metadata.num_rows
+        for batch in self.file.iter_batches(ROWS):
+            yield self._frame(batch, begin).set_axis(range(len(self.heads)), axis=1)
+            begin += len(batch)
+            self.progress.update(begin / 1e6, n / 1e6, "million rows")
 
 
-def _read_parquet(path: Path) -> Table:
-    import pandas as pd
+class _Text:
+    """A table in text, of which the first block of lines shows the form, and its cells, block by block."""
 
-    library("pyarrow", path)
-    frame = pd.read_parquet(path)
-    if frame.index.name is not None or frame.index.dtype.kind in "Mm":
-        frame = frame.reset_index(names=frame.index.name or "time")
-    heads = [str(name) for name in frame.columns]
-    return frame.set_axis(range(len(heads)), axis=1), heads, [""] * len(heads), "row {}", [], None
+    def __init__(self, path: Path, progress: Progress):
+        self.path, self.progress, self.remarks = path, progress, list[str]()
+        self.fault: InputError | None = None
+        with path.open("rb") as file:
+            begin = file.read(4096)
+        wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
+        self.encoding = "utf-16" if begin.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
+        if self.encoding == "utf-8-sig" and max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin):
+            self.encoding = wide[max(wide)]
+        elif self.encoding == "utf-8-sig" and b"\0" in begin.rstrip(b"\0"):
+            message = f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not"
+            raise InputError(message, "format")
+        lines = next(self._lines(), [])
+        table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
+        if len(table) < 2:
+            raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
+        before = [(k, _plain(line)) for k, line in lines if k < table[0][0]]
+        table = before[-1:] + table  # names may stand in a comment
+        self.separator, self.n = _layout(path, [line for _, line in table[-SAMPLE:]])
+        self.heads, self.units, first = _header(path, table, self.separator, self.n)
+        self.first, row = table[first]
+        self.where = f"row {{}} from line {self.first}"
+        self.decimal = "," if self.separator != "," and "," in row else "."
+        self.is_quoted = any('"' in line for _, line in table[first : first + SAMPLE])  # as separators may be
 
+    def _lines(self) -> Iterator[list[Line]]:
+        """Number and text of the lines that are not empty."""
+        n, size, last = 0, self.path.stat().st_size, ""
+        with self.path.open("rb") as content, io.TextIOWrapper(content, self.encoding, errors="windows") as file:
+            while texts := file.readlines(BLOCK):
+                block = [(k, text.rstrip("\n\0")) for k, text in enumerate(texts, n + 1) if text.strip(" \t;,\n\0")]
+                if block:
+                    yield block
+                n, last = n + len(texts), texts[-1]
+                self.progress.update(round(content.tell() / 1e6), round(size / 1e6), "MB")
+        zeros = "zeros at the end of the file, as a power cut leaves them, are left out"
+        self.remarks = [zeros] if last.endswith("\0") else []
 
-def _read_text(path: Path) -> Table:
-    import pandas as pd
+    def blocks(self) -> Iterator[Any]:
+        """Tables of pandas with columns 0, 1, ..; after the last it is known what is wrong with lines."""
+        n_lines, n_wrong, last, message = 0, 0, self.n, ""
+        for block in self._lines():
+            lines = [(k, line) for k, line in block if k >= self.first and not line.lstrip().startswith(COMMENTS)]
+            if self.is_quoted:
+                counts = [self.n] * len(lines)
+            elif self.separator == " ":
+                counts = [len(line.split()) for _, line in lines]
+            else:
+                counts = [line.count(self.separator) + 1 for _, line in lines]
+            whole = [line for (_, line), count in zip(lines, counts, strict=True) if count == self.n]
+            if len(whole) < len(lines) and not message:
+                k, count = next((k, n) for (k, _), n in zip(lines, counts, strict=True) if n != self.n)
+                message = f"line {k}: has {count} cells, expected {self.n}"
+            n_lines, n_wrong, last = n_lines + len(lines), n_wrong + len(lines) - len(whole), [last, *counts][-1]
+            if whole:
+                yield self._cells(whole, lines[0][0])
+        if n_wrong - (last < self.n) > MOST_WRONG * n_lines:
+            self.fault = InputError(f"{self.path}: {message}; is the file whole?", "format")
+        elif n_wrong > (last < self.n):
+            self.remarks.append(f"{message}; {n_wrong - (last < self.n)} such lines are left out")
+        self.remarks += ["the last line is not whole and left out"] if last < self.n else []
 
-    lines, remarks = _lines(path)
-    separator, n_columns = _layout(path, [line for _, line in lines[-SAMPLE:]])
-    heads, unit_cells, first = _header(path, lines, separator, n_columns)
-    body, remark, fault = _whole(path, lines[first:], separator, n_columns)
-    comma = "," if separator != "," and "," in lines[first][1] else "."
-    separators = r"\s+" if separator == " " else separator
-    options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
-    options |= {"index_col": False, "skipinitialspace": True, "decimal": comma, "low_memory": False}
-    try:
-        cells = pd.read_csv(io.StringIO("\n".join(body)), sep=separators, **options)
-    except pd.errors.ParserError as error:
-        reason = str(error).strip().rpartition("error: ")[2]
-        message = f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?"
-        raise InputError(message, "format") from None
-    return cells, heads, unit_cells, f"row {{}} from line {lines[first][0]}", remarks + remark, fault
+    def _cells(self, lines: list[str], number: int) -> Any:
+        """The cells of lines, the first of which has that number in the file."""
+        import pandas as pd
 
-
-def _whole(
-    path: Path, lines: list[Line], separator: str, n_columns: int
-) -> tuple[list[str], list[str], InputError | None]:
-    """The lines with the right number of cells, a remark on others, and what is wrong if these are many."""
-    texts = [line for _, line in lines]
-    if any('"' in line for line in texts[:SAMPLE]):
-        return texts, [], None  # separators may be quoted
-    counts = [len(line.split()) if separator == " " else line.count(separator) + 1 for line in texts]
-    whole = [line for line, count in zip(texts, counts, strict=True) if count == n_columns]
-    remarks = ["the last line is not whole and left out"] if counts[-1] < n_columns else []
-    wrong = [k for k, count in enumerate(counts[: len(counts) - len(remarks)]) if count != n_columns]
-    if not wrong:
-        return whole, remarks, None
-    message = f"line {lines[wrong[0]][0]}: has {counts[wrong[0]]} cells, expected {n_columns}"
-    if len(wrong) > MOST_WRONG * len(lines):
-        return whole, remarks, InputError(f"{path}: {message}; is the file whole?", "format")
-    return whole, [f"{message}; {len(wrong)} such lines are left out", *remarks], None
-
-
-def _lines(path: Path) -> tuple[list[Line], list[str]]:
-    """Number and text of the lines that are neither empty nor comments, and remarks."""
-    content, remarks = path.read_bytes(), []
-    begin, whole = content[:4096], content.rstrip(b"\0")
-    wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        text = content.decode("utf-16", errors="replace")
-    elif max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin):
-        text = content.decode(wide[max(wide)], errors="replace")
-    elif b"\0" in whole[:4096]:
-        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
-    else:
-        if whole != content:
-            remarks = ["zeros at the end of the file, as a power cut leaves them, are left out"]
+        separators = r"\s+" if self.separator == " " else self.separator
+        options: dict[str, Any] = {"header": None, "names": range(self.n), "keep_default_na": False, "na_values": [""]}
+        options |= {"index_col": False, "skipinitialspace": True, "decimal": self.decimal, "low_memory": False}
         try:
-            text = whole.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = whole.decode("cp1252", errors="replace")
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip(" \t;,")]
-    table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
-    if len(table) < 2:
-        raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
-    before = [(k, _plain(line)) for k, line in lines if k < table[0][0]]
-    return before[-1:] + table, remarks  # names may stand in a comment
+            return pd.read_csv(io.StringIO("\n".join(lines)), sep=separators, **options)
+        except pd.errors.ParserError as error:
+            reason = str(error).strip().rpartition("error: ")[2]
+            message = f"{self.path}: {reason}, counted from line {number}; is the file whole?"
+            raise InputError(message, "format") from None
 
 
 def _plain(text: str) -> str:
@@ -265,12 +337,3 @@ def _moments(parts: Any) -> Any:
         return clock
     year, month, day = days
     return pd.to_datetime({"year": year.where(year > 99, year + 2000), "month": month, "day": day}) + clock
-
-
-def _numbers(column: Any) -> tuple[np.ndarray, np.ndarray, str]:
-    """Which cells are filled (n,), their numbers (n,), and the first text that is none, if there is one."""
-    filled, values = column.notna().to_numpy(), stamps.as_numbers(column)
-    texts = column[filled & ~np.isfinite(values) & (column.dtype.kind not in "biuf")].astype(str).str.strip()
-    texts = texts[~texts.str.lower().isin(MISSING)]
-    is_text = len(texts) > np.count_nonzero(np.isfinite(values))
-    return filled & ~column.index.isin(texts.index), values, texts.iloc[0] if is_text else ""
