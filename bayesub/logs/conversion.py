@@ -9,6 +9,7 @@ import numpy as np
 
 from bayesub.io import units
 from bayesub.io.errors import InputError, nearest
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs import log_files
 from bayesub.logs.columns import marks
 from bayesub.logs.log_map import ColumnSection, LogMap
@@ -43,11 +44,14 @@ class Conversion:
     sources: dict[str, str]  # column -> signal
     remarks: tuple[str, ...]  # what was left out, column by column
 
-    def save(self, path: Path) -> None:
-        """Write the log as CSV (:func:`bayesub.logs.log_files.write_log`)."""
-        shorts = {name: log_files.COLUMNS.get(name, (name,))[0] for name in self.columns}
-        cells = {shorts[name]: values * log_files.si_factor(name) for name, values in self.columns.items()}
-        log_files.write_log(path, {"time": self.times} | cells)
+    def save(self, path: Path, progress: Progress = SILENT) -> None:
+        """Write the log as CSV, its columns in the units of :func:`bayesub.logs.log_files.write_log`."""
+        table = {"time_s": self.times}
+        for name, values in self.columns.items():
+            header = log_files.HEADERS.get(log_files.COLUMNS.get(name, (name,))[0], name)
+            factor = log_files.si_factor(name) / log_files.si_factor(header)
+            table[header] = values if factor == 1.0 else factor * values
+        log_files.write_table(path, table, progress)
 
 
 def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:

@@ -14,6 +14,7 @@ Latitude and longitude become ``x y``, and pressure becomes ``depth``.
 An empty cell is a missing reading (not a number).
 """
 
+import gzip
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
@@ -24,6 +25,7 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError, nearest
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.io.units import DEGREE, KNOT
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
@@ -93,7 +95,12 @@ def short_name(header: str) -> str:
 
 
 def read_log(
-    path: Path, controls: Iterable[str] = (), *, ascending: bool = True, weight_density: float = WEIGHT_DENSITY
+    path: Path,
+    controls: Iterable[str] = (),
+    *,
+    ascending: bool = True,
+    weight_density: float = WEIGHT_DENSITY,
+    progress: Progress = SILENT,
 ) -> dict[str, np.ndarray]:
     """Read a CSV file into short name -> (n,) array in SI units.
 
@@ -105,22 +112,12 @@ def read_log(
     """
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)
-    rows, line = _numbers(path, names)
-    least, most = np.transpose([possible(name, columns, weight_density) for name in names])
-    for row, column in np.argwhere((rows < least) | (rows > most))[:1]:
-        name, value = names[column], rows[row, column]
-        excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
-        remedy = "check the unit, or empty the cell"
-        if stands_for_missing(np.array([value]))[0]:
-            remedy = (
-                f"empty it if it stands for no reading (in a map missing = [{value:.12g}] leaves out all such cells)"
-            )
-        raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
-    log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
+    cells, line = _numbers(path, {name: possible(name, columns, weight_density) for name in names}, progress)
+    log = {columns[name][0]: np.concatenate(cells.pop(name)) * columns[name][1] for name in names}
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
         log["depth"] = log["depth"] / weight_density
     if any(name in FIXES for name in names):
-        log["x"], log["y"] = _positions_of_fixes(path, names, rows, line)
+        log["x"], log["y"] = _positions_of_fixes(path, names, log, line)
     times = log["time"]
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
@@ -192,40 +189,68 @@ def possible(
     return max(-size, least / factor), min(size, most / factor)
 
 
-def _numbers(path: Path, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """The rows (n, n_columns) of a file, blank ones left out, and the lines (n,) where they stand."""
+def _numbers(
+    path: Path, limits: dict[str, tuple[float, float]], progress: Progress
+) -> tuple[dict[str, list[np.ndarray]], np.ndarray]:
+    """Column -> the cells of a file within its limits, block by block without blank rows, and the lines of all (n,)."""
     import pandas as pd
 
-    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False}
+    names, size, lines = list(limits), path.stat().st_size, [np.zeros(0, dtype=np.uint32)]
+    cells: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False, "chunksize": CHUNK}
     options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
+    options |= {"compression": "gzip" if path.suffix == ".gz" else None}
     try:
-        with toml_files.reading(path), warnings.catch_warnings():
+        with toml_files.reading(path), warnings.catch_warnings(), path.open("rb") as file:
             warnings.simplefilter("error", pd.errors.ParserWarning)
             try:
-                rows = pd.read_csv(path, dtype=float, **options).to_numpy()
-            except (pd.errors.ParserError, UnicodeDecodeError):
+                with pd.read_csv(file, dtype=float, **options) as tables:
+                    for table in tables:
+                        rows = _within_limits(path, table, limits)
+                        filled = ~np.isnan(rows).all(axis=1)
+                        lines.append(table.index.to_numpy(dtype=np.uint32)[filled] + 2)
+                        for name, values in zip(names, rows.T, strict=True):
+                            cells[name].append(values[filled])
+                        progress.update(round(file.tell() / 1e6), round(size / 1e6), "MB")
+            except (pd.errors.ParserError, UnicodeDecodeError, InputError):
                 raise
-            except ValueError:
-                rows = None
-            if rows is None or np.isinf(rows).any():
-                raise _not_a_number(path, options)
+            except ValueError:  # a text, or an infinite number
+                raise _not_a_number(path, options) from None
     except pd.errors.ParserWarning:
         message = f"{path}: line 2: has more cells than there are columns; write decimal points"
         raise InputError(message, "format") from None
     except pd.errors.ParserError as error:
         reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
         raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
-    filled = ~np.isnan(rows).all(axis=1)
-    if not filled.any():
+    line = np.concatenate(lines)
+    if not len(line):
         raise InputError(f"{path}: has a header but no rows", "data")
-    return rows[filled], np.flatnonzero(filled) + 2
+    return cells, line
+
+
+def _within_limits(path: Path, table: Any, limits: dict[str, tuple[float, float]]) -> np.ndarray:
+    """The cells (n, n_columns) of a table of pandas; InputError for the first beyond the limits of its column."""
+    rows, (least, most) = table.to_numpy(), np.transpose(list(limits.values()))
+    if np.isinf(rows).any():
+        raise ValueError
+    for row, column in np.argwhere((rows < least) | (rows > most))[:1]:
+        name, value = table.columns[column], rows[row, column]
+        excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
+        remedy = "check the unit, or empty the cell"
+        if stands_for_missing(np.array([value]))[0]:
+            remedy = (
+                f"empty it if it stands for no reading (in a map missing = [{value:.12g}] leaves out all such cells)"
+            )
+        message = f"{path}: line {table.index[row] + 2}, column '{name}': {excess}; {remedy}"
+        raise InputError(message, "unit", name)
+    return rows
 
 
 def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
     """The error that names the first cell that is neither empty nor a finite number."""
     import pandas as pd
 
-    with pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
+    with pd.read_csv(path, dtype=str, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
@@ -243,17 +268,18 @@ def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
 
 
 def _positions_of_fixes(
-    path: Path, names: list[str], rows: np.ndarray, line: np.ndarray
+    path: Path, names: list[str], log: dict[str, np.ndarray], line: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """x and y (n,) each of fixes on the ellipsoid WGS 84, in the plane that touches it at the first fix, m.
 
-    `rows` (n, n_columns) are the cells of the columns `names`, and stand in the lines `line` (n,) of the file.
+    The `log` has latitudes and longitudes (n,) in their place, which stand in the lines `line` (n,) of the file, whose
+    columns are `names`.
     """
     for one, other in (FIXES, FIXES[::-1]):
         if one not in names:
             message = f"{path}: column '{other}' is given without '{one}'; add it or leave both out"
             raise InputError(message, "missing", one)
-    fixes = rows[:, [names.index(name) for name in FIXES]]
+    fixes = np.stack([log["x"], log["y"]], axis=1)
     for name, values, limit in zip(FIXES, fixes.T, LIMITS, strict=True):
         for k in np.flatnonzero(np.abs(values) > limit)[:1]:
             message = f"{path}: line {line[k]}, column '{name}': {values[k]:g} is beyond {limit:g}"
@@ -264,8 +290,9 @@ def _positions_of_fixes(
     import pymap3d  # here, since most logs have none
 
     first = fixes[whole[0]]
-    relative = np.full((len(rows), 3), np.nan)
-    relative[whole] = np.stack(pymap3d.geodetic2ned(*fixes[whole].T, 0.0, *first, 0.0), axis=-1)
+    relative = np.full((len(fixes), 3), np.nan)
+    for part in np.array_split(whole, 1 + len(whole) // CHUNK):
+        relative[part] = np.stack(pymap3d.geodetic2ned(*fixes[part].T, 0.0, *first, 0.0), axis=-1)
     distance = np.linalg.norm(relative, axis=1)
     for k in np.flatnonzero(distance > FARTHEST)[:1]:
         fix, begin = (f"{values[0]:g}, {values[1]:g}" for values in (fixes[k], first))
@@ -276,11 +303,18 @@ def _positions_of_fixes(
 
 def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
-    import pandas as pd
+    write_table(path, {HEADERS.get(name, name): values / si_factor(name) for name, values in log.items()})
 
-    known = [name for name in HEADERS if name in log]
-    names = known + [name for name in log if name not in HEADERS]
-    table = pd.DataFrame({HEADERS.get(name, name): log[name] / si_factor(name) for name in names})
-    with writing(path), replacing(path) as partial:
-        compression = "gzip" if path.suffix == ".gz" else None
-        table.to_csv(partial, index=False, float_format=WRITTEN, compression=compression)
+
+def write_table(path: Path, table: dict[str, np.ndarray], progress: Progress = SILENT) -> None:
+    """Write column -> (n,) cells in its unit as CSV, an empty cell for what is not a number."""
+    known = [name for name in HEADERS.values() if name in table]
+    names = known + [name for name in table if name not in known]
+    n, row = len(table[names[0]]), ",".join([WRITTEN] * len(names))
+    opened = gzip.open if path.suffix == ".gz" else open
+    with writing(path), replacing(path) as partial, opened(partial, "wt", encoding="utf-8") as file:
+        file.write(",".join(names) + "\n")
+        for k in range(0, n, CHUNK):
+            cells = np.stack([table[name][k : k + CHUNK] for name in names], axis=1)
+            file.write("".join([f"{row % tuple(line)}\n" for line in cells.tolist()]).replace("nan", ""))
+            progress.update(min(k + CHUNK, n) / 1e6, n / 1e6, "million rows")
