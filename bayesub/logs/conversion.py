@@ -1,5 +1,6 @@
 """From the signals of a vehicle's log to the columns of ours, by a map."""
 
+import functools
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -75,6 +76,8 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
         raise InputError(message, "unknown", "columns")
     first = min(column.times[0] for column in columns.values())
     zero = first if log_map.time.zero == "first" else log_map.time.zero
+    since = {id(column.times): column.times - zero for column in columns.values()}  # columns of a table share theirs
+    columns = {name: replace(column, times=since[id(column.times)]) for name, column in columns.items()}
     columns = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
     last = max(columns, key=lambda name: columns[name].times[-1])
     span = columns[last].times[-1] - min(column.times[0] for column in columns.values())
@@ -114,18 +117,20 @@ def _few(signals: Iterable[str]) -> str:
 def _column(name: str, section: ColumnSection, signal: Signal, where: str, path: Path) -> Column:
     """The readings of a column: finite numbers by ascending time without repeated stamps, in the unit of the column."""
     remarks = []
-    times, values = signal.times - section.delay_s, signal.values
+    times, values = signal.times - section.delay_s if section.delay_s else signal.times, signal.values
     usable = np.isfinite(times) & np.isfinite(values)
     if n := np.count_nonzero(~usable):
         remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not numbers and left out")
     if section.valid is not None or section.missing:
         least, most = section.valid or (-np.inf, np.inf)
         inside = (values >= least) & (values <= most)
-        inside &= ~np.isclose(values[:, None], section.missing, rtol=1e-6, atol=0.0).any(axis=1)
+        for mark in section.missing:
+            inside &= ~np.isclose(values, mark, rtol=1e-6, atol=0.0)
         if n := np.count_nonzero(usable & ~inside):
             remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not valid and left out")
         usable &= inside
-    times, values = times[usable], values[usable]
+    if not usable.all():
+        times, values = times[usable], values[usable]
     if not len(times):
         message = f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
         raise InputError(message, "data", f"columns.{name}")
@@ -141,12 +146,12 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         raise InputError(message, "data", section.signal)
     if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
-    order = np.argsort(times, kind="stable")
-    times, values = times[order], values[order]
-    new = np.append(True, np.diff(times) >= TICK_S)
-    if not new.all():
-        remarks.append(f"{np.count_nonzero(~new)} stamps of '{section.signal}' are repeated; the first reading counts")
-    times, values = times[new], values[new]
+        order = np.argsort(times, kind="stable")
+        times, values = times[order], values[order]
+    new = np.diff(times, prepend=-np.inf) >= TICK_S
+    if n := np.count_nonzero(~new):
+        remarks.append(f"{n} stamps of '{section.signal}' are repeated; the first reading counts")
+        times, values = times[new], values[new]
     if section.interval_s is not None:
         _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
         times, values = times[first], values[first]
@@ -177,8 +182,8 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
             message += f"{value:g}; add a point, or say with valid what is no reading"
             raise InputError(message, "conflict", f"columns.{name}.points")
         values = np.interp(values, inputs, outputs)
-    else:
-        values = (values - section.zero) * (1.0 if section.factor is None else section.factor)
+    elif section.zero or section.factor:
+        values = (values - section.zero) * (section.factor or 1.0)
     has_rule = section.points is not None or section.factor is not None
     unit = section.unit or ("" if has_rule else unit)
     if target and not unit and not has_rule:
@@ -188,10 +193,12 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
         raise InputError(message + "factor", "missing", f"columns.{name}.unit")
     if unit and target:
         try:
-            values = values * units.factor(unit, target, section.water_density_kgm3)
+            factor = units.factor(unit, target, section.water_density_kgm3)
+            values = values if factor == 1.0 else values * factor
         except InputError as error:
             raise InputError(f"{where}{error}", error.kind, f"columns.{name}.{error.key}") from None
-    values = section.sign * values + section.offset
+    if section.sign < 0 or section.offset:
+        values = section.sign * values + section.offset
     return np.mod(values, 360.0) if section.wrap else values
 
 
@@ -200,7 +207,7 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
     time = log_map.time
     start = -np.inf if time.start_s is None else time.start_s
     end = np.inf if time.end_s is None else time.end_s
-    times = column.times - zero
+    times = column.times
     first, last = np.searchsorted(times, start, "left"), np.searchsorted(times, end, "right")
     if column.section.held and 0 < first <= len(times) and (first == len(times) or times[first] > start):
         first -= 1
@@ -216,24 +223,30 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
 
 def _rows(columns: dict[str, Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Rows at all times of all columns, with cells where a column has a reading."""
-    instants = {name: np.round(column.times / TICK_S) for name, column in columns.items()}
+    instants: dict[str, np.ndarray] = {}
+    for name, column in columns.items():
+        ticks = np.round(column.times / TICK_S)
+        instants[name] = next((one for one in instants.values() if np.array_equal(one, ticks)), ticks)
     befores = []
     for name, column in columns.items():
         if column.section.held:  # the last moment of the order before
             changes = np.flatnonzero(np.diff(column.values)) + 1
             gaps = np.diff(instants[name])[changes - 1]
             befores.append(instants[name][changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
-    rows = np.unique(np.concatenate([*instants.values(), *befores]))
+    distinct = {id(one): one for one in instants.values()}.values()
+    rows = functools.reduce(np.union1d, [*distinct, *befores], np.zeros(0))
     if any(column.section.held for column in columns.values()):
         repeat = round(REPEAT_S / TICK_S)
         pauses = np.flatnonzero(np.diff(rows) > repeat)
         rows = np.unique(np.concatenate([rows, *(np.arange(rows[k], rows[k + 1], repeat) for k in pauses)]))
     cells = {}
     for name, column in columns.items():
-        cells[name] = np.full(len(rows), np.nan)
         if column.section.held:
             latest = np.searchsorted(instants[name], rows, "right") - 1
             cells[name] = np.where(latest < 0, np.nan, column.values[latest])
+        elif np.array_equal(rows, instants[name]):
+            cells[name] = column.values
         else:
+            cells[name] = np.full(len(rows), np.nan)
             cells[name][np.searchsorted(rows, instants[name])] = column.values
     return rows * TICK_S, cells

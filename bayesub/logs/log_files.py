@@ -16,6 +16,7 @@ An empty cell is a missing reading (not a number).
 
 import gzip
 import warnings
+from array import array
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -113,7 +114,7 @@ def read_log(
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)
     cells, line = _numbers(path, {name: possible(name, columns, weight_density) for name in names}, progress)
-    log = {columns[name][0]: np.concatenate(cells.pop(name)) * columns[name][1] for name in names}
+    log = {columns[name][0]: np.frombuffer(cells.pop(name)) * columns[name][1] for name in names}
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
         log["depth"] = log["depth"] / weight_density
     if any(name in FIXES for name in names):
@@ -191,12 +192,12 @@ def possible(
 
 def _numbers(
     path: Path, limits: dict[str, tuple[float, float]], progress: Progress
-) -> tuple[dict[str, list[np.ndarray]], np.ndarray]:
-    """Column -> the cells of a file within its limits, block by block without blank rows, and the lines of all (n,)."""
+) -> tuple[dict[str, array], np.ndarray]:
+    """Column -> the n cells of a file within its limits, without blank rows, and the lines (n,) where they stand."""
     import pandas as pd
 
-    names, size, lines = list(limits), path.stat().st_size, [np.zeros(0, dtype=np.uint32)]
-    cells: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    names, size, lines = list(limits), path.stat().st_size, array("I")
+    cells = {name: array("d") for name in names}  # which grow in place
     options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False, "chunksize": CHUNK}
     options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
     options |= {"compression": "gzip" if path.suffix == ".gz" else None}
@@ -208,9 +209,9 @@ def _numbers(
                     for table in tables:
                         rows = _within_limits(path, table, limits)
                         filled = ~np.isnan(rows).all(axis=1)
-                        lines.append(table.index.to_numpy(dtype=np.uint32)[filled] + 2)
+                        lines.frombytes((table.index.to_numpy(dtype=np.uint32)[filled] + 2).tobytes())
                         for name, values in zip(names, rows.T, strict=True):
-                            cells[name].append(values[filled])
+                            cells[name].frombytes(values[filled].tobytes())
                         progress.update(round(file.tell() / 1e6), round(size / 1e6), "MB")
             except (pd.errors.ParserError, UnicodeDecodeError, InputError):
                 raise
@@ -222,10 +223,9 @@ def _numbers(
     except pd.errors.ParserError as error:
         reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
         raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
-    line = np.concatenate(lines)
-    if not len(line):
+    if not lines:
         raise InputError(f"{path}: has a header but no rows", "data")
-    return cells, line
+    return cells, np.frombuffer(lines, dtype=np.uint32)
 
 
 def _within_limits(path: Path, table: Any, limits: dict[str, tuple[float, float]]) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -59,7 +60,7 @@ class Cells:
     """The cells of a column, block by block: its numbers if they are kept, and how often texts stand among them."""
 
     def __init__(self, is_kept: bool):
-        self.is_kept, self.values = is_kept, list[np.ndarray]()
+        self.is_kept, self.values = is_kept, array("d")
         self.n = self.n_numbers = self.n_texts = 0
         self.texts: Counter[str] = Counter()
 
@@ -76,13 +77,7 @@ class Cells:
                 self.texts = Counter(dict(self.texts.most_common(LOOK)))
             filled = filled & ~column.index.isin(texts.index)
         if self.is_kept:
-            self.values.append(np.where(filled, values, np.inf))
-
-    def numbers(self) -> np.ndarray:
-        """All numbers (n,), which are not kept any longer: infinite where a cell is empty or has a text."""
-        values = np.concatenate(self.values)
-        self.values.clear()
-        return values
+            self.values.frombytes(np.where(filled, values, np.inf).tobytes())  # infinite: no reading
 
     @property
     def is_text(self) -> bool:

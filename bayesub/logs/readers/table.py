@@ -70,19 +70,19 @@ def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog
     except InputError as error:
         untimed = error.within(str(path))
     for frame in itertools.chain([first], frames):
-        stamped.append(frame[list(used)])
+        stamped.append(frame[list(used)].copy())  # or else it would keep the others
         for k in set(frame) - set(used):
             cells[k].add(frame[k])
-    times, remarks = np.full(sum(map(len, stamped)), np.nan), [*table.remarks]
+    stamp, stamped, remarks = pd.concat(stamped, ignore_index=True), [], [*table.remarks]
+    times = np.full(len(stamp), np.nan)
     try:
         if used:
-            stamp = pd.concat(stamped, ignore_index=True)
             times, more = _times(stamp, [names[k] for k in used], table.units[used[0]], clock, table.where)
             remarks += more
     except InputError as error:
         untimed = error.within(str(path))
-        for k, frame in itertools.product(used, stamped):
-            cells[k].add(frame[k])
+        for k in used:
+            cells[k].add(stamp[k])
         used = ()
     fault = fault or table.fault or untimed
     if fault is None:
@@ -99,7 +99,7 @@ def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog
     for k, (label, column) in enumerate(zip(labels, cells, strict=True)):
         remarks += column.remarks(names[k])
         if column.values and not column.is_text:
-            values = column.numbers()[kept]
+            values = np.frombuffer(column.values)[kept]
             filled = ~np.isposinf(values)
             if filled.all():
                 signals[label] = Signal(times, values, table.units[k])
@@ -114,7 +114,10 @@ class _Parquet:
     where, remarks, fault = "row {}", (), None
 
     def __init__(self, path: Path, progress: Progress):
-        self.file, self.progress = library("pyarrow.parquet", path).ParquetFile(path, buffer_size=BLOCK), progress
+        self.file, self.progress = (
+            library("pyarrow.parquet", path).ParquetFile(path, pre_buffer=False, buffer_size=ROWS),
+            progress,
+        )
         self.heads = [str(name) for name in self._frame(self.file.schema_arrow.empty_table(), 0)]
         self.units = [""] * len(self.heads)
 
