@@ -62,7 +62,7 @@ class Cells:
     def __init__(self, is_kept: bool):
         self.is_kept, self.values = is_kept, array("d")
         self.n = self.n_numbers = self.n_texts = 0
-        self.texts: Counter[str] = Counter()
+        self.is_text, self.texts = False, Counter[str]()
 
     def add(self, column: Any) -> None:
         """Append a column of pandas."""
@@ -76,13 +76,9 @@ class Cells:
             if len(self.texts) > LOOK:
                 self.texts = Counter(dict(self.texts.most_common(LOOK)))
             filled = filled & ~column.index.isin(texts.index)
+        self.is_text = self.n_texts > self.n_numbers
         if self.is_kept:
             self.values.frombytes(np.where(filled, values, np.inf).tobytes())  # infinite: no reading
-
-    @property
-    def is_text(self) -> bool:
-        """Whether most cells are texts."""
-        return self.n_texts > self.n_numbers
 
     def remarks(self, name: str) -> list[str]:
         """What is said of texts in a column of that name."""

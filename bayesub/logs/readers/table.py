@@ -2,10 +2,9 @@
 
 import codecs
 import io
-import itertools
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,183 +43,164 @@ codecs.register_error("windows", _of_windows)
 def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog:
     """Read a table with a row for each time, block by block; an empty cell is no reading.
 
-    Only the numbers of columns that the map names are kept, or of all if it names none.
+    Only numbers of columns that the map names are kept, or of all if it names none.
     """
     import pandas as pd
 
     with path.open("rb") as file:
         is_parquet = file.read(4) == b"PAR1"
-    table: _Parquet | _Text = (_Parquet if is_parquet else _Text)(path, progress)
-    names, heads, fault, untimed = list[str](), table.heads, None, None
+    heads, unit_cells, where, blocks, remarks, faults = (_parquet if is_parquet else _text)(path, progress)
+    names: list[str] = []
     for k, head in enumerate(heads):
         name, unit = _name_and_unit(head)
-        table.units[k] = table.units[k] or unit
+        unit_cells[k] = unit_cells[k] or unit
         names.append(name if name and name not in names else head or f"column_{k + 1}")
         if names[k] in names[:k]:
-            fault = InputError(f"{path}: column '{head}' is given twice; rename one of them", "conflict", head)
+            message = f"{path}: column '{head}' is given twice; rename one of them"
+            faults.append(InputError(message, "conflict", head))
             names[k] = f"{head}_{k + 1}"
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
-    # A signal is called as the map has it, which may be as the file has it.
+    # As the map has it, which may be as the file has it.
     labels = [next((one for one in wanted if _plain(one) == h), n) for h, n in zip(heads, names, strict=True)]
     cells = [rows.Cells(not wanted or label in wanted) for label in labels]
-    frames, clock = rows.of_one(path, table.blocks(), names, log_map.where), log_map.time.clock(path.stem)
-    used, first, stamped = tuple[int, ...](), next(frames), list[Any]()
+    used, clock, stamped = tuple[int, ...](), log_map.time.clock(path.stem), list[Any]()
+
+    def frames():
+        return rows.of_one(path, blocks(), names, log_map.where)
+
     try:
-        used = _time_columns(first, names, heads, clock)
+        used = _time_columns(frames(), names, heads, clock)
     except InputError as error:
-        untimed = error.within(str(path))
-    for frame in itertools.chain([first], frames):
-        stamped.append(frame[list(used)].copy())  # or else it would keep the others
+        faults.append(error.within(str(path)))
+    for frame in frames():
+        stamped.append(frame[list(used)].copy())  # which does not hold the other columns
         for k in set(frame) - set(used):
             cells[k].add(frame[k])
-    stamp, stamped, remarks = pd.concat(stamped, ignore_index=True), [], [*table.remarks]
+    stamp, stamped, remarks = pd.concat(stamped, ignore_index=True), [], [*remarks]
     times = np.full(len(stamp), np.nan)
     try:
         if used:
-            times, more = _times(stamp, [names[k] for k in used], table.units[used[0]], clock, table.where)
+            times, more = _times(stamp, [names[k] for k in used], unit_cells[used[0]], clock, where)
             remarks += more
     except InputError as error:
-        untimed = error.within(str(path))
+        faults.append(error.within(str(path)))
         for k in used:
             cells[k].add(stamp[k])
-        used = ()
-    fault = fault or table.fault or untimed
+    fault = faults[0] if faults else None
     if fault is None:
         begin = rows.first_compared(times)
-        is_first = begin + rows.LOOK <= len(first) or len(first) == len(times)
-        frames = iter([first]) if is_first else rows.of_one(path, table.blocks(), names, log_map.where)
-        some = rows.some(frames, begin)
+        some = rows.some(frames(), begin)
         readings = [stamps.as_numbers(some[k]) for k in some]
         remarks += rows.told_apart(some, names, readings, times[begin : begin + rows.LOOK])
         remarks += rows.times_of_header(names, readings, times)
     timed = np.isfinite(times) | (fault is not None)
     kept = slice(None) if timed.all() else timed
     signals, times = {}, times[kept]
-    for k, (label, column) in enumerate(zip(labels, cells, strict=True)):
+    for k, column in enumerate(cells):
         remarks += column.remarks(names[k])
         if column.values and not column.is_text:
             values = np.frombuffer(column.values)[kept]
             filled = ~np.isposinf(values)
-            if filled.all():
-                signals[label] = Signal(times, values, table.units[k])
-            else:
-                signals[label] = Signal(times[filled], values[filled], table.units[k])
+            cut = slice(None) if filled.all() else filled  # columns without empty cells share their times
+            signals[labels[k]] = Signal(times[cut], values[cut], unit_cells[k])
     return VehicleLog(path, signals, tuple(remarks), fault)
 
 
-class _Parquet:
-    """A Parquet file and its cells, block by block."""
-
-    where, remarks, fault = "row {}", (), None
-
-    def __init__(self, path: Path, progress: Progress):
-        self.file, self.progress = (
-            library("pyarrow.parquet", path).ParquetFile(path, pre_buffer=False, buffer_size=ROWS),
-            progress,
-        )
-        self.heads = [str(name) for name in self._frame(self.file.schema_arrow.empty_table(), 0)]
-        self.units = [""] * len(self.heads)
-
-    def _frame(self, part: Any, begin: int) -> Any:
-        """Rows from `begin` on as a table of pandas, with the index as a column if it has a name or holds moments."""
-        import pandas as pd
-
-        frame = part.to_pandas()
-        for index in (self.file.schema_arrow.pandas_metadata or {}).get("index_columns", ()):
-            if isinstance(index, dict):  # a range, of all rows
-                whole = pd.RangeIndex(index["start"], index["stop"], index["step"], name=index["name"])
-                frame.index = whole[begin : begin + len(frame)]
-        if frame.index.name is not None or frame.index.dtype.kind in "Mm":
-            frame = frame.reset_index(names=frame.index.name or "time")
-        return frame
-
-    def blocks(self) -> Iterator[Any]:
-        """Tables of pandas with columns 0, 1, .."""
-        begin, n = 0, self.file.metadata.num_rows
-        for batch in self.file.iter_batches(ROWS):
-            yield self._frame(batch, begin).set_axis(range(len(self.heads)), axis=1)
-            begin += len(batch)
-            self.progress.update(begin / 1e6, n / 1e6, "million rows")
+# Heads and units of the columns 0, 1, .., a place in words, the cells as tables of pandas one after the other, and
+# remarks and what is wrong, which are known after the last.
+Table = tuple[list[str], list[str], str, Callable[[], Iterator[Any]], list[str], list[InputError]]
 
 
-class _Text:
-    """A table in text, of which the first block of lines shows the form, and its cells, block by block."""
+def _parquet(path: Path, progress: Progress) -> Table:
+    file = library("pyarrow.parquet", path).ParquetFile(path, pre_buffer=False, buffer_size=ROWS)
+    # The index of pandas has no name, and is the time if it holds moments.
+    fields = [("time" if str(f.type).startswith(("time", "duration")) else "", f.name) for f in file.schema_arrow]
+    heads = [time if time and name.startswith("__index_level_") else name for time, name in fields]
 
-    def __init__(self, path: Path, progress: Progress):
-        self.path, self.progress, self.remarks = path, progress, list[str]()
-        self.fault: InputError | None = None
-        with path.open("rb") as file:
-            begin = file.read(4096)
-        wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
-        self.encoding = "utf-16" if begin.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig"
-        if self.encoding == "utf-8-sig" and max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin):
-            self.encoding = wide[max(wide)]
-        elif self.encoding == "utf-8-sig" and b"\0" in begin.rstrip(b"\0"):
-            message = f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not"
-            raise InputError(message, "format")
-        lines = next(self._lines(), [])
-        table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
-        if len(table) < 2:
-            raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
-        before = [(k, _plain(line)) for k, line in lines if k < table[0][0]]
-        table = before[-1:] + table  # names may stand in a comment
-        self.separator, self.n = _layout(path, [line for _, line in table[-SAMPLE:]])
-        self.heads, self.units, first = _header(path, table, self.separator, self.n)
-        self.first, row = table[first]
-        self.where = f"row {{}} from line {self.first}"
-        self.decimal = "," if self.separator != "," and "," in row else "."
-        self.is_quoted = any('"' in line for _, line in table[first : first + SAMPLE])  # as separators may be
+    def blocks():
+        n = 0
+        for batch in file.iter_batches(ROWS):
+            yield batch.to_pandas(ignore_metadata=True).set_axis(range(len(heads)), axis=1)
+            n += len(batch)
+            progress.update(n / 1e6, file.metadata.num_rows / 1e6, "million rows")
 
-    def _lines(self) -> Iterator[list[Line]]:
-        """Number and text of the lines that are not empty."""
-        n, size, last = 0, self.path.stat().st_size, ""
-        with self.path.open("rb") as content, io.TextIOWrapper(content, self.encoding, errors="windows") as file:
-            while texts := file.readlines(BLOCK):
-                block = [(k, text.rstrip("\n\0")) for k, text in enumerate(texts, n + 1) if text.strip(" \t;,\n\0")]
-                if block:
-                    yield block
-                n, last = n + len(texts), texts[-1]
-                self.progress.update(round(content.tell() / 1e6), round(size / 1e6), "MB")
-        zeros = "zeros at the end of the file, as a power cut leaves them, are left out"
-        self.remarks = [zeros] if last.endswith("\0") else []
+    return heads, [""] * len(heads), "row {}", blocks, [], []
 
-    def blocks(self) -> Iterator[Any]:
-        """Tables of pandas with columns 0, 1, ..; after the last it is known what is wrong with lines."""
-        n_lines, n_wrong, last, message = 0, 0, self.n, ""
-        for block in self._lines():
-            lines = [(k, line) for k, line in block if k >= self.first and not line.lstrip().startswith(COMMENTS)]
-            if self.is_quoted:
-                counts = [self.n] * len(lines)
-            elif self.separator == " ":
-                counts = [len(line.split()) for _, line in lines]
-            else:
-                counts = [line.count(self.separator) + 1 for _, line in lines]
-            whole = [line for (_, line), count in zip(lines, counts, strict=True) if count == self.n]
-            if len(whole) < len(lines) and not message:
-                k, count = next((k, n) for (k, _), n in zip(lines, counts, strict=True) if n != self.n)
-                message = f"line {k}: has {count} cells, expected {self.n}"
-            n_lines, n_wrong, last = n_lines + len(lines), n_wrong + len(lines) - len(whole), [last, *counts][-1]
-            if whole:
-                yield self._cells(whole, lines[0][0])
-        if n_wrong - (last < self.n) > MOST_WRONG * n_lines:
-            self.fault = InputError(f"{self.path}: {message}; is the file whole?", "format")
-        elif n_wrong > (last < self.n):
-            self.remarks.append(f"{message}; {n_wrong - (last < self.n)} such lines are left out")
-        self.remarks += ["the last line is not whole and left out"] if last < self.n else []
 
-    def _cells(self, lines: list[str], number: int) -> Any:
-        """The cells of lines, the first of which has that number in the file."""
-        import pandas as pd
+def _text(path: Path, progress: Progress) -> Table:
+    import pandas as pd
 
-        separators = r"\s+" if self.separator == " " else self.separator
-        options: dict[str, Any] = {"header": None, "names": range(self.n), "keep_default_na": False, "na_values": [""]}
-        options |= {"index_col": False, "skipinitialspace": True, "decimal": self.decimal, "low_memory": False}
-        try:
-            return pd.read_csv(io.StringIO("\n".join(lines)), sep=separators, **options)
-        except pd.errors.ParserError as error:
-            reason = str(error).strip().rpartition("error: ")[2]
-            message = f"{self.path}: {reason}, counted from line {number}; is the file whole?"
-            raise InputError(message, "format") from None
+    encoding, remarks, faults = *_encoding(path), list[InputError]()
+    lines = next(_lines(path, encoding, SILENT), [])
+    table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
+    if len(table) < 2:
+        raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
+    table = [(k, _plain(line)) for k, line in lines if k < table[0][0]][-1:] + table  # names may stand in a comment
+    separator, n_columns = _layout(path, [line for _, line in table[-SAMPLE:]])
+    heads, unit_cells, first = _header(path, table, separator, n_columns)
+    begin, is_quoted = table[first][0], any('"' in line for _, line in table[first:][:SAMPLE])
+    comma = "," if separator != "," and "," in table[first][1] else "."
+    options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
+    options |= {"index_col": False, "skipinitialspace": True, "decimal": comma, "low_memory": False}
+    options |= {"sep": r"\s+" if separator == " " else separator}
+
+    def count(line):
+        return n_columns if is_quoted else len(line.split()) if separator == " " else line.count(separator) + 1
+
+    def blocks():
+        n, last, wrong = 0, 0, list[tuple[int, int]]()
+        for block in _lines(path, encoding, progress):
+            body = [(k, line) for k, line in block if k >= begin and not line.lstrip().startswith(COMMENTS)]
+            counts = [count(line) for _, line in body]
+            whole = [line for (_, line), size in zip(body, counts, strict=True) if size == n_columns]
+            if len(whole) < len(body):
+                wrong += [(k, size) for (k, _), size in zip(body, counts, strict=True) if size != n_columns]
+            try:
+                if whole:
+                    yield pd.read_csv(io.StringIO("\n".join(whole)), **options)
+            except pd.errors.ParserError as error:
+                reason = str(error).strip().rpartition("error: ")[2]
+                message = f"{path}: {reason}, counted from line {body[0][0]}; is the file whole?"
+                raise InputError(message, "format") from None
+            n, last = n + len(body), body[-1][0] if body else last
+        is_cut = (last, True) in [(k, size < n_columns) for k, size in wrong[-1:]]
+        wrong = wrong[:-1] if is_cut else wrong
+        message = "".join(f"line {k}: has {size} cells, expected {n_columns}" for k, size in wrong[:1])
+        if len(wrong) > MOST_WRONG * n:
+            faults.append(InputError(f"{path}: {message}; is the file whole?", "format"))
+        elif wrong:
+            remarks.append(f"{message}; {len(wrong)} such lines are left out")
+        remarks.extend(["the last line is not whole and left out"] if is_cut else [])
+
+    return heads, unit_cells, f"row {{}} from line {begin}", blocks, remarks, faults
+
+
+def _encoding(path: Path) -> tuple[str, list[str]]:
+    """The encoding of a text, and a remark if it ends in zeros."""
+    with path.open("rb") as file:
+        begin = file.read(4096)
+        file.seek(-1, 2)
+        end = file.read()
+    wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
+    if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16", []
+    if max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin):
+        return wide[max(wide)], []
+    if b"\0" in begin.rstrip(b"\0"):
+        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
+    zeros = "zeros at the end of the file, as a power cut leaves them, are left out"
+    return "utf-8-sig", [zeros] if end == b"\0" else []
+
+
+def _lines(path: Path, encoding: str, progress: Progress) -> Iterator[list[Line]]:
+    """Number and text of the lines that are not empty, block by block."""
+    n, size = 0, path.stat().st_size
+    with path.open("rb") as content, io.TextIOWrapper(content, encoding, errors="windows") as file:
+        while texts := file.readlines(BLOCK):
+            if block := [(k, text.strip("\n\0")) for k, text in enumerate(texts, n + 1) if text.strip(" \t;,\n\0")]:
+                yield block
+            n += len(texts)
+            progress.update(round(content.tell() / 1e6), round(size / 1e6), "MB")
 
 
 def _plain(text: str) -> str:
@@ -277,7 +257,7 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
     return cell, units.of_column(cell) if len(end) > 1 or end == "m" else ""
 
 
-def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) -> tuple[int, ...]:
+def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clock: Clock) -> tuple[int, ...]:
     """Where the column of times stands, with that of the dates behind it; or those of hours, minutes, .. (PARTS)."""
     places = {head: k for k, head in enumerate(heads)} | {name: k for k, name in enumerate(names)}
     lower = {re.sub(r"\W+", "_", name.lower()): k for name, k in places.items()}
@@ -300,6 +280,7 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
     elif found := [lower[name] for name in DATES if name in lower]:
         time = found[0]
     else:
+        frame = next(frames)
         ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
         message = f"which column is the time? give [time] signal in the map, {some}"
