@@ -32,8 +32,6 @@ MOSTLY = 0.6  # share of jumps or pieces that count, beyond which all do
 
 _QUANTITIES = (("x y", "place"), ("depth", "depth"), ("z", "depth"), ("psi", "heading"), ("heading", "heading"))
 
-MOST_SORTED = 1_000_000  # readings; of more, parts are looked at one after the other
-
 LEAST = 20  # readings of one value in a row
 CHANCE = 1e-6  # probability of so many repeats, beyond which they are looked at
 RELEASE = 8.0  # usual changes by which a column catches up when it is released, and
@@ -161,7 +159,7 @@ def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict
 
     if len(values) < 2 * OUTLIERS:
         return {}
-    if len(values) > MOST_SORTED:
+    if len(values) > 50 * MOST:  # a part after the other
         halves = {mark for half in np.array_split(values, 2) for mark in marks(half, turn, usual=usual)}
         return {mark: int(np.count_nonzero(values == mark)) for mark in sorted(halves)}
     steps = np.diff(values)

@@ -1,6 +1,5 @@
 """From the signals of a vehicle's log to the columns of ours, by a map."""
 
-import functools
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -46,13 +45,10 @@ class Conversion:
     remarks: tuple[str, ...]  # what was left out, column by column
 
     def save(self, path: Path, progress: Progress = SILENT) -> None:
-        """Write the log as CSV, its columns in the units of :func:`bayesub.logs.log_files.write_log`."""
-        table = {"time_s": self.times}
-        for name, values in self.columns.items():
-            header = log_files.HEADERS.get(log_files.COLUMNS.get(name, (name,))[0], name)
-            factor = log_files.si_factor(name) / log_files.si_factor(header)
-            table[header] = values if factor == 1.0 else factor * values
-        log_files.write_table(path, table, progress)
+        """Write the log as CSV (:func:`bayesub.logs.log_files.write_log`)."""
+        shorts = {name: log_files.COLUMNS.get(name, (name,))[0] for name in self.columns}
+        cells = {shorts[name]: values * log_files.si_factor(name) for name, values in self.columns.items()}
+        log_files.write_log(path, {"time": self.times} | cells, progress)
 
 
 def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
@@ -76,8 +72,6 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
         raise InputError(message, "unknown", "columns")
     first = min(column.times[0] for column in columns.values())
     zero = first if log_map.time.zero == "first" else log_map.time.zero
-    since = {id(column.times): column.times - zero for column in columns.values()}  # columns of a table share theirs
-    columns = {name: replace(column, times=since[id(column.times)]) for name, column in columns.items()}
     columns = {name: _trim(name, column, zero, log_map, source, log.path) for name, column in columns.items()}
     last = max(columns, key=lambda name: columns[name].times[-1])
     span = columns[last].times[-1] - min(column.times[0] for column in columns.values())
@@ -91,10 +85,14 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
     late, early = max(columns, key=lambda name: columns[name].times[0]), min(ends, key=lambda name: ends[name])
     if columns[late].times[0] > ends[early]:
-        message = f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and "
-        message += f"'{late}' begins {columns[late].times[0]:.6g} s after {zero:.12g}; are their clocks different? "
+        message = (
+            f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early] - zero:.6g} s and "
+        )
+        message += (
+            f"'{late}' begins {columns[late].times[0] - zero:.6g} s after {zero:.12g}; are their clocks different? "
+        )
         raise InputError(message + "delay_s of a column shifts it, [time.tables.NAME] names another", "conflict", late)
-    times, cells = _rows(columns)
+    times, cells = _rows(columns, zero)
     sources = {name: column.section.signal for name, column in columns.items()}
     remarks = tuple(f"{name}: {remark}" for name, column in columns.items() for remark in column.remarks)
     return Conversion(zero, times, cells, sources, remarks)
@@ -204,10 +202,9 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
 
 def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path, path: Path) -> Column:
     """The column between start and end of the map; an order that is held begins with the last one before."""
-    time = log_map.time
-    start = -np.inf if time.start_s is None else time.start_s
-    end = np.inf if time.end_s is None else time.end_s
-    times = column.times
+    time, times = log_map.time, column.times
+    start = -np.inf if time.start_s is None else zero + time.start_s
+    end = np.inf if time.end_s is None else zero + time.end_s
     first, last = np.searchsorted(times, start, "left"), np.searchsorted(times, end, "right")
     if column.section.held and 0 < first <= len(times) and (first == len(times) or times[first] > start):
         first -= 1
@@ -216,37 +213,34 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
         message = (
             f"{source}: section 'time': no reading of '{name}' from {path} lies between start_s and end_s; it has "
         )
-        message += f"{times[0]:.6g} to {times[-1]:.6g} s after the zero {zero:.12g}"
+        message += f"{times[0] - zero:.6g} to {times[-1] - zero:.6g} s after the zero {zero:.12g}"
         raise InputError(message, "data", "time")
     return replace(column, times=times[first:last], values=column.values[first:last])
 
 
-def _rows(columns: dict[str, Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Rows at all times of all columns, with cells where a column has a reading."""
-    instants: dict[str, np.ndarray] = {}
-    for name, column in columns.items():
-        ticks = np.round(column.times / TICK_S)
-        instants[name] = next((one for one in instants.values() if np.array_equal(one, ticks)), ticks)
-    befores = []
-    for name, column in columns.items():
+def _rows(columns: dict[str, Column], zero: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Rows at all times of all columns, in s from zero, with cells where a column has a reading."""
+    rows, befores = np.zeros(0), []
+    for column in columns.values():
+        instants = np.round((column.times - zero) / TICK_S)
+        rows = rows if np.array_equal(rows, instants) else np.union1d(rows, instants)
         if column.section.held:  # the last moment of the order before
             changes = np.flatnonzero(np.diff(column.values)) + 1
-            gaps = np.diff(instants[name])[changes - 1]
-            befores.append(instants[name][changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
-    distinct = {id(one): one for one in instants.values()}.values()
-    rows = functools.reduce(np.union1d, [*distinct, *befores], np.zeros(0))
-    if any(column.section.held for column in columns.values()):
-        repeat = round(REPEAT_S / TICK_S)
+            gaps = np.diff(instants)[changes - 1]
+            befores.append(instants[changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
+    if befores:
+        rows, repeat = np.union1d(rows, np.concatenate(befores)), round(REPEAT_S / TICK_S)
         pauses = np.flatnonzero(np.diff(rows) > repeat)
         rows = np.unique(np.concatenate([rows, *(np.arange(rows[k], rows[k + 1], repeat) for k in pauses)]))
     cells = {}
     for name, column in columns.items():
+        instants = np.round((column.times - zero) / TICK_S)
         if column.section.held:
-            latest = np.searchsorted(instants[name], rows, "right") - 1
+            latest = np.searchsorted(instants, rows, "right") - 1
             cells[name] = np.where(latest < 0, np.nan, column.values[latest])
-        elif np.array_equal(rows, instants[name]):
+        elif np.array_equal(rows, instants):
             cells[name] = column.values
         else:
             cells[name] = np.full(len(rows), np.nan)
-            cells[name][np.searchsorted(rows, instants[name])] = column.values
+            cells[name][np.searchsorted(rows, instants)] = column.values
     return rows * TICK_S, cells

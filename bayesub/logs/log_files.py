@@ -16,7 +16,6 @@ An empty cell is a missing reading (not a number).
 
 import gzip
 import warnings
-from array import array
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -96,12 +95,7 @@ def short_name(header: str) -> str:
 
 
 def read_log(
-    path: Path,
-    controls: Iterable[str] = (),
-    *,
-    ascending: bool = True,
-    weight_density: float = WEIGHT_DENSITY,
-    progress: Progress = SILENT,
+    path: Path, controls: Iterable[str] = (), *, ascending: bool = True, weight_density: float = WEIGHT_DENSITY
 ) -> dict[str, np.ndarray]:
     """Read a CSV file into short name -> (n,) array in SI units.
 
@@ -113,8 +107,18 @@ def read_log(
     """
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)
-    cells, line = _numbers(path, {name: possible(name, columns, weight_density) for name in names}, progress)
-    log = {columns[name][0]: np.frombuffer(cells.pop(name)) * columns[name][1] for name in names}
+    table, line = _numbers(path, names)
+    log = {}
+    for name in names:
+        values, (least, most) = table.pop(name).to_numpy(), possible(name, columns, weight_density)
+        for row in np.flatnonzero((values < least) | (values > most))[:1]:
+            excess = f"{values[row]:g} is beyond {most if values[row] > 0 else least:.4g}, which no boat is"
+            remedy = "check the unit, or empty the cell"
+            if stands_for_missing(values[row : row + 1])[0]:
+                remedy = "empty it if it stands for no reading (in a map missing = "
+                remedy += f"[{values[row]:.12g}] leaves out all such cells)"
+            raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
+        log[columns[name][0]] = values * columns[name][1]
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
         log["depth"] = log["depth"] / weight_density
     if any(name in FIXES for name in names):
@@ -190,67 +194,40 @@ def possible(
     return max(-size, least / factor), min(size, most / factor)
 
 
-def _numbers(
-    path: Path, limits: dict[str, tuple[float, float]], progress: Progress
-) -> tuple[dict[str, array], np.ndarray]:
-    """Column -> the n cells of a file within its limits, without blank rows, and the lines (n,) where they stand."""
+def _numbers(path: Path, names: list[str]) -> tuple[Any, np.ndarray]:
+    """The n rows of a file as a table of pandas, blank ones left out, and the lines (n,) where they stand."""
     import pandas as pd
 
-    names, size, lines = list(limits), path.stat().st_size, array("I")
-    cells = {name: array("d") for name in names}  # which grow in place
-    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False, "chunksize": CHUNK}
+    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False}
     options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
-    options |= {"compression": "gzip" if path.suffix == ".gz" else None}
     try:
-        with toml_files.reading(path), warnings.catch_warnings(), path.open("rb") as file:
+        with toml_files.reading(path), warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             try:
-                with pd.read_csv(file, dtype=float, **options) as tables:
-                    for table in tables:
-                        rows = _within_limits(path, table, limits)
-                        filled = ~np.isnan(rows).all(axis=1)
-                        lines.frombytes((table.index.to_numpy(dtype=np.uint32)[filled] + 2).tobytes())
-                        for name, values in zip(names, rows.T, strict=True):
-                            cells[name].frombytes(values[filled].tobytes())
-                        progress.update(round(file.tell() / 1e6), round(size / 1e6), "MB")
-            except (pd.errors.ParserError, UnicodeDecodeError, InputError):
+                rows = pd.read_csv(path, dtype=float, **options)
+            except (pd.errors.ParserError, UnicodeDecodeError):
                 raise
-            except ValueError:  # a text, or an infinite number
-                raise _not_a_number(path, options) from None
+            except ValueError:
+                rows = None
+            if rows is None or any(np.isinf(rows[name]).any() for name in names):
+                raise _not_a_number(path, options)
     except pd.errors.ParserWarning:
         message = f"{path}: line 2: has more cells than there are columns; write decimal points"
         raise InputError(message, "format") from None
     except pd.errors.ParserError as error:
         reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
         raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
-    if not lines:
+    filled = np.logical_or.reduce([rows[name].notna() for name in names])
+    if not filled.any():
         raise InputError(f"{path}: has a header but no rows", "data")
-    return cells, np.frombuffer(lines, dtype=np.uint32)
-
-
-def _within_limits(path: Path, table: Any, limits: dict[str, tuple[float, float]]) -> np.ndarray:
-    """The cells (n, n_columns) of a table of pandas; InputError for the first beyond the limits of its column."""
-    rows, (least, most) = table.to_numpy(), np.transpose(list(limits.values()))
-    if np.isinf(rows).any():
-        raise ValueError
-    for row, column in np.argwhere((rows < least) | (rows > most))[:1]:
-        name, value = table.columns[column], rows[row, column]
-        excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
-        remedy = "check the unit, or empty the cell"
-        if stands_for_missing(np.array([value]))[0]:
-            remedy = (
-                f"empty it if it stands for no reading (in a map missing = [{value:.12g}] leaves out all such cells)"
-            )
-        message = f"{path}: line {table.index[row] + 2}, column '{name}': {excess}; {remedy}"
-        raise InputError(message, "unit", name)
-    return rows
+    return rows if filled.all() else rows[filled], np.flatnonzero(filled).astype(np.uint32) + 2
 
 
 def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
     """The error that names the first cell that is neither empty nor a finite number."""
     import pandas as pd
 
-    with pd.read_csv(path, dtype=str, **options) as tables:
+    with pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
@@ -272,8 +249,7 @@ def _positions_of_fixes(
 ) -> tuple[np.ndarray, np.ndarray]:
     """x and y (n,) each of fixes on the ellipsoid WGS 84, in the plane that touches it at the first fix, m.
 
-    The `log` has latitudes and longitudes (n,) in their place, which stand in the lines `line` (n,) of the file, whose
-    columns are `names`.
+    The `log` has the fixes (n,) in place of x and y, as they stand in the lines `line` (n,) of the columns `names`.
     """
     for one, other in (FIXES, FIXES[::-1]):
         if one not in names:
@@ -301,20 +277,14 @@ def _positions_of_fixes(
     return relative[:, 0], relative[:, 1]
 
 
-def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
+def write_log(path: Path, log: dict[str, np.ndarray], progress: Progress = SILENT) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
-    write_table(path, {HEADERS.get(name, name): values / si_factor(name) for name, values in log.items()})
-
-
-def write_table(path: Path, table: dict[str, np.ndarray], progress: Progress = SILENT) -> None:
-    """Write column -> (n,) cells in its unit as CSV, an empty cell for what is not a number."""
-    known = [name for name in HEADERS.values() if name in table]
-    names = known + [name for name in table if name not in known]
-    n, row = len(table[names[0]]), ",".join([WRITTEN] * len(names))
+    names = [name for name in HEADERS if name in log] + [name for name in log if name not in HEADERS]
+    n, row = len(log[names[0]]), ",".join([WRITTEN] * len(names)) + "\n"
     opened = gzip.open if path.suffix == ".gz" else open
     with writing(path), replacing(path) as partial, opened(partial, "wt", encoding="utf-8") as file:
-        file.write(",".join(names) + "\n")
+        file.write(",".join(HEADERS.get(name, name) for name in names) + "\n")
         for k in range(0, n, CHUNK):
-            cells = np.stack([table[name][k : k + CHUNK] for name in names], axis=1)
-            file.write("".join([f"{row % tuple(line)}\n" for line in cells.tolist()]).replace("nan", ""))
+            cells = np.stack([log[name][k : k + CHUNK] / si_factor(name) for name in names], axis=1)
+            file.write("".join([row % tuple(line) for line in cells.tolist()]).replace("nan", ""))
             progress.update(min(k + CHUNK, n) / 1e6, n / 1e6, "million rows")

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Protocol
 from bayesub.io import toml_files
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, error_source, one_line
-from bayesub.io.terminal import SILENT, Progress
 
 if TYPE_CHECKING:
     from bayesub.findings.data_card import DataCard
@@ -58,14 +57,14 @@ def drawing(path: Path) -> Iterator[None]:
         raise InputError(one_line(f"{path}: cannot be drawn: {error}"), "file") from None
 
 
-def examine(path: Path, vehicles: "Sequence[Vehicle]" = (), progress: Progress = SILENT) -> Examined:
+def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
     """What a file is, and its card, which not all kinds of files have; a log may be of the last of the vehicles."""
     if path.suffix == ".py":
         from bayesub.study.run import script
 
         return f"study script: {script.question(path, functions=script.FUNCTIONS)}", None
     if path.name.lower().endswith((".csv", ".csv.gz")):
-        return _log(path, vehicles, progress)
+        return _log(path, vehicles)
     keys = toml_files.read_toml_table(path)
     for key, describe in _KINDS.items():
         if key in keys:
@@ -181,7 +180,7 @@ _KINDS: dict[str, Callable[[Path], Examined]] = {
 _OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_nm)$")
 
 
-def _log(path: Path, vehicles: "Sequence[Vehicle]", progress: Progress) -> Examined:
+def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
     from bayesub.findings import log_card
     from bayesub.logs import log_files
 
@@ -189,7 +188,7 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]", progress: Progress) -> Exami
     header = [name.strip().strip('"') for name in toml_files.read_line(path).split(",")]
     own = (column for vehicle in vehicles for column in vehicle.actuators.log_columns)
     controls = (*own, *(name for name in header if _OF_BOATS.search(name)))
-    log = log_files.read_log(path, controls, ascending=False, progress=progress)
+    log = log_files.read_log(path, controls, ascending=False)
     times, headers = log["time"], log_files.headers(path, controls)
     text = f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {', '.join(headers)}"
     card = log_card.check(log, headers, controls, vehicles[-1] if vehicles else None)
