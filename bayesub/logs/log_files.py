@@ -16,6 +16,7 @@ An empty cell is a missing reading (not a number).
 
 import gzip
 import warnings
+from array import array
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -107,10 +108,10 @@ def read_log(
     """
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)
-    table, line = _numbers(path, names)
+    cells, line = _numbers(path, names)
     log = {}
     for name in names:
-        values, (least, most) = table.pop(name).to_numpy(), possible(name, columns, weight_density)
+        values, (least, most) = np.frombuffer(cells.pop(name)), possible(name, columns, weight_density)
         for row in np.flatnonzero((values < least) | (values > most))[:1]:
             excess = f"{values[row]:g} is beyond {most if values[row] > 0 else least:.4g}, which no boat is"
             remedy = "check the unit, or empty the cell"
@@ -194,22 +195,28 @@ def possible(
     return max(-size, least / factor), min(size, most / factor)
 
 
-def _numbers(path: Path, names: list[str]) -> tuple[Any, np.ndarray]:
-    """The n rows of a file as a table of pandas, blank ones left out, and the lines (n,) where they stand."""
+def _numbers(path: Path, names: list[str]) -> tuple[dict[str, array], np.ndarray]:
+    """Column -> the n cells of a file, blank rows left out, and the lines (n,) where they stand."""
     import pandas as pd
 
-    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False}
+    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False, "chunksize": CHUNK}
     options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
+    cells, lines = {name: array("d") for name in names}, array("I")  # they grow in place
     try:
         with toml_files.reading(path), warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             try:
-                rows = pd.read_csv(path, dtype=float, **options)
+                with pd.read_csv(path, dtype=float, **options) as tables:
+                    for rows in tables:
+                        filled = rows.notna().any(axis=1)
+                        lines.frombytes((rows.index[filled].to_numpy(np.uint32) + 2).tobytes())
+                        for name in names:
+                            cells[name].frombytes(rows[name][filled].to_numpy().tobytes())
             except (pd.errors.ParserError, UnicodeDecodeError):
                 raise
             except ValueError:
-                rows = None
-            if rows is None or any(np.isinf(rows[name]).any() for name in names):
+                cells = {}
+            if not cells or any(np.isinf(values).any() for values in cells.values()):
                 raise _not_a_number(path, options)
     except pd.errors.ParserWarning:
         message = f"{path}: line 2: has more cells than there are columns; write decimal points"
@@ -217,17 +224,16 @@ def _numbers(path: Path, names: list[str]) -> tuple[Any, np.ndarray]:
     except pd.errors.ParserError as error:
         reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
         raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
-    filled = np.logical_or.reduce([rows[name].notna() for name in names])
-    if not filled.any():
+    if not lines:
         raise InputError(f"{path}: has a header but no rows", "data")
-    return rows if filled.all() else rows[filled], np.flatnonzero(filled).astype(np.uint32) + 2
+    return cells, np.frombuffer(lines, dtype=np.uint32)
 
 
 def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
     """The error that names the first cell that is neither empty nor a finite number."""
     import pandas as pd
 
-    with pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
+    with pd.read_csv(path, dtype=str, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))

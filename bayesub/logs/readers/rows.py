@@ -43,19 +43,6 @@ def of_one(path: Path, frames: Iterable[Any], names: list[str], where: dict[str,
         raise fault
 
 
-def some(frames: Iterable[Any], begin: int) -> Any:
-    """The rows from `begin` on that are compared, of tables of pandas that follow one another."""
-    import pandas as pd
-
-    parts, n = [], 0
-    for cells in frames:
-        parts.append(cells[max(0, begin - n) : max(0, begin + LOOK - n)])
-        n += len(cells)
-        if n >= begin + LOOK:
-            break
-    return pd.concat(parts, ignore_index=True)
-
-
 class Cells:
     """The cells of a column, block by block: its numbers if they are kept, and how often texts stand among them."""
 
@@ -88,12 +75,25 @@ class Cells:
         return [f"'{name}': {kinds} of {self.n} cells, which are no readings"] if kinds else []
 
 
-def first_compared(times: np.ndarray) -> int:
-    """The first of the rows that are compared: before times (n,) step back, or that of all."""
-    return max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2)
+def compared(frames: Iterable[Any], names: list[str], times: np.ndarray) -> list[str]:
+    """What rows of tables of pandas show beside others: those about the first step back of the times (n,), or the first.
+
+    There are remarks on several boats and on times of receipt.
+    """
+    import pandas as pd
+
+    begin, parts, n = max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2), [], 0
+    for cells in frames:
+        parts.append(cells[max(0, begin - n) : max(0, begin + LOOK - n)])
+        n += len(cells)
+        if n >= begin + LOOK:
+            break
+    some = pd.concat(parts, ignore_index=True)
+    readings = [stamps.as_numbers(some[k]) for k in some]
+    return _told_apart(some, names, readings, times[begin:][:LOOK]) + _times_of_header(names, readings, times)
 
 
-def told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
+def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
     """Columns that tell apart the rows of several boats, which jump from one to the next or begin anew in time.
 
     Of the rows that are compared: cells, as pandas has them and as numbers, and times (LOOK,).
@@ -118,7 +118,7 @@ def told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: n
     return result
 
 
-def times_of_header(names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
+def _times_of_header(names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
     """Another column of times, if it is even in some rows where the times (n,) that are used come in bursts."""
 
     def is_even(moments):

@@ -1,6 +1,5 @@
 """Tables, as Parquet or in text of any separator, names and units, decimal points or commas and times."""
 
-import codecs
 import io
 import re
 from collections import Counter
@@ -28,16 +27,10 @@ NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of
 MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
 BLOCK, ROWS = 1 << 22, 65536  # characters and rows that are read at a time
 
+# Bytes that are no UTF-8, as Python escapes them -> what they are in Windows.
+WINDOWS = {0xDC00 + byte: bytes([byte]).decode("cp1252", errors="replace") for byte in range(128, 256)}
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
-
-
-def _of_windows(fault: Any) -> tuple[str, int]:
-    """What bytes that are no UTF-8 are instead, and where they end."""
-    return fault.object[fault.start : fault.end].decode("cp1252", errors="replace"), fault.end
-
-
-codecs.register_error("windows", _of_windows)
 
 
 def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog:
@@ -88,11 +81,7 @@ def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog
             cells[k].add(stamp[k])
     fault = faults[0] if faults else None
     if fault is None:
-        begin = rows.first_compared(times)
-        some = rows.some(frames(), begin)
-        readings = [stamps.as_numbers(some[k]) for k in some]
-        remarks += rows.told_apart(some, names, readings, times[begin : begin + rows.LOOK])
-        remarks += rows.times_of_header(names, readings, times)
+        remarks += rows.compared(frames(), names, times)
     timed = np.isfinite(times) | (fault is not None)
     kept = slice(None) if timed.all() else timed
     signals, times = {}, times[kept]
@@ -130,8 +119,8 @@ def _parquet(path: Path, progress: Progress) -> Table:
 def _text(path: Path, progress: Progress) -> Table:
     import pandas as pd
 
-    encoding, remarks, faults = *_encoding(path), list[InputError]()
-    lines = next(_lines(path, encoding, SILENT), [])
+    remarks, faults = list[str](), list[InputError]()
+    lines = next(_lines(path, remarks, SILENT), [])
     table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     if len(table) < 2:
         raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
@@ -149,7 +138,7 @@ def _text(path: Path, progress: Progress) -> Table:
 
     def blocks():
         n, last, wrong = 0, 0, list[tuple[int, int]]()
-        for block in _lines(path, encoding, progress):
+        for block in _lines(path, remarks, progress):
             body = [(k, line) for k, line in block if k >= begin and not line.lstrip().startswith(COMMENTS)]
             counts = [count(line) for _, line in body]
             whole = [line for (_, line), size in zip(body, counts, strict=True) if size == n_columns]
@@ -175,32 +164,25 @@ def _text(path: Path, progress: Progress) -> Table:
     return heads, unit_cells, f"row {{}} from line {begin}", blocks, remarks, faults
 
 
-def _encoding(path: Path) -> tuple[str, list[str]]:
-    """The encoding of a text, and a remark if it ends in zeros."""
-    with path.open("rb") as file:
-        begin = file.read(4096)
-        file.seek(-1, 2)
-        end = file.read()
+def _lines(path: Path, remarks: list[str], progress: Progress) -> Iterator[list[Line]]:
+    """Number and text of the lines that are not empty, block by block, and a remark if the last ends in zeros."""
+    with path.open("rb") as content:
+        begin, encoding, wrong = content.read(4096), "utf-16", "replace"
     wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
-    if begin.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16", []
-    if max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin):
-        return wide[max(wide)], []
-    if b"\0" in begin.rstrip(b"\0"):
+    if not begin.startswith((b"\xff\xfe", b"\xfe\xff")):
+        is_wide = max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin)
+        encoding, wrong = (wide[max(wide)], wrong) if is_wide else ("utf-8-sig", "surrogateescape")
+    if encoding == "utf-8-sig" and b"\0" in begin.rstrip(b"\0"):
         raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
-    zeros = "zeros at the end of the file, as a power cut leaves them, are left out"
-    return "utf-8-sig", [zeros] if end == b"\0" else []
-
-
-def _lines(path: Path, encoding: str, progress: Progress) -> Iterator[list[Line]]:
-    """Number and text of the lines that are not empty, block by block."""
-    n, size = 0, path.stat().st_size
-    with path.open("rb") as content, io.TextIOWrapper(content, encoding, errors="windows") as file:
+    n, last, size = 0, "", path.stat().st_size
+    with path.open("rb") as content, io.TextIOWrapper(content, encoding, wrong) as file:
         while texts := file.readlines(BLOCK):
-            if block := [(k, text.strip("\n\0")) for k, text in enumerate(texts, n + 1) if text.strip(" \t;,\n\0")]:
-                yield block
-            n += len(texts)
+            lines = [(k, text.strip("\n\0")) for k, text in enumerate(texts, n + 1) if text.strip(" \t;,\n\0")]
+            yield [(k, line if line.isascii() else line.translate(WINDOWS)) for k, line in lines]
+            n, last = n + len(texts), texts[-1]
             progress.update(round(content.tell() / 1e6), round(size / 1e6), "MB")
+    if last.endswith("\0"):
+        remarks.append("zeros at the end of the file, as a power cut leaves them, are left out")
 
 
 def _plain(text: str) -> str:
