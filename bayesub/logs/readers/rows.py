@@ -76,10 +76,7 @@ class Cells:
 
 
 def compared(frames: Iterable[Any], names: list[str], times: np.ndarray) -> list[str]:
-    """What rows of tables of pandas show beside others: those about the first step back of the times (n,), or the first.
-
-    There are remarks on several boats and on times of receipt.
-    """
+    """Remarks on several boats and times of receipt, by rows about the first step back of times (n,), or the first."""
     import pandas as pd
 
     begin, parts, n = max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2), [], 0
