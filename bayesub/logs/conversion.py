@@ -10,6 +10,7 @@ import numpy as np
 from bayesub.io import units
 from bayesub.io.errors import InputError, nearest
 from bayesub.io.terminal import SILENT, Progress
+from bayesub.io.units import TURN
 from bayesub.logs import log_files
 from bayesub.logs.columns import marks
 from bayesub.logs.log_map import ColumnSection, LogMap
@@ -150,10 +151,20 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
     if n := np.count_nonzero(~new):
         remarks.append(f"{n} stamps of '{section.signal}' are repeated; the first reading counts")
         times, values = times[new], values[new]
+    values = _in_unit(name, section, signal.unit, values, where)
     if section.interval_s is not None:
         _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
-        times, values = times[first], values[first]
-    return Column(times, _in_unit(name, section, signal.unit, values, where), section, tuple(remarks))
+        if section.average:
+            turn, size = TURN / log_files.si_factor(name), np.diff(first, append=len(times))
+            values = np.unwrap(values, period=turn) if short in HEADINGS else values
+            values = np.add.reduceat(values, first) / size
+            times = times[0] + np.add.reduceat(times - times[0], first) / size
+            values = np.mod(values, turn) if section.wrap else values
+            share = f"independent noise is {np.mean(size) ** -0.5:.2g} times that of one"
+            remarks.append(f"a cell is the mean of {np.mean(size):.3g} readings, whose {share}")
+        else:
+            times, values = times[first], values[first]
+    return Column(times, values, section, tuple(remarks))
 
 
 def _why_back(steps: np.ndarray) -> str:

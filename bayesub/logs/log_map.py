@@ -72,6 +72,7 @@ class ColumnSection(Section):
     held: bool = False  # the value holds until the next, as an order does; otherwise a straight line joins them
     delay_s: float = 0.0  # how late the time stamps are
     interval_s: Positive | None = None  # at most one reading in this time
+    average: bool = False  # that reading is the mean of all in this time, at the mean of their times
     valid: tuple[float, float] | None = None  # values of the signal outside of these are no readings
     missing: tuple[float, ...] = ()  # values of the signal that stand for no reading
     wrap: bool = False  # angles are brought to 0 .. 360 degrees
@@ -86,6 +87,8 @@ class ColumnSection(Section):
             values = [value for value, _ in self.points]
             if len(values) < 2 or any(b <= a for a, b in pairwise(values)):
                 raise ValueError("points needs two pairs or more, the values of the signal ascending")
+        if self.average and (self.interval_s is None or self.held):
+            raise ValueError("average needs interval_s, and is not for an order that is held")
         if self.factor == 0.0:
             raise ValueError("factor must not be zero")
         if self.valid is not None and not self.valid[0] < self.valid[1]:

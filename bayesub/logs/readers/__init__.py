@@ -107,7 +107,7 @@ def _read(kind: str, path: Path, log_map: LogMap, progress: Progress, is_whole: 
     if not log.signals and log_map.columns and not is_whole:
         return _read(kind, path, log_map, progress, is_whole=True)
     if not log.signals:
-        raise InputError(
+        raise log.fault or InputError(
             f"{path}: has no numbers with time stamps as {KINDS[kind].title}; is it of this kind ({', '.join(KINDS)})?"
             + "".join(f"; {remark}" for remark in log.remarks),
             "format",

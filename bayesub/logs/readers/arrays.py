@@ -27,7 +27,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     """
     import pandas as pd
 
-    vectors = dict(chain.from_iterable(_columns(name, *array) for name, array in _arrays(path).items()))
+    arrays = _arrays(path)
+    vectors = dict(chain.from_iterable(_columns(name, *array) for name, array in arrays.items()))
     times: dict[str, tuple[np.ndarray, str]] = {}  # label -> s, and the part of the file that they are for, or all
     remarks, faults = [], []
     for part in (*log_map.time.tables, ""):
@@ -48,6 +49,13 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             else:
                 times[label] = seconds, part
                 remarks += [remark] if remark else []
+    objects = [name for name, (values, _) in arrays.items() if values.dtype.kind == "O"]
+    for name, new in [(name, re.sub(r"\W+", "_", name)) for name in objects[:1]]:
+        message = f"'{name}' is a timeseries, which only MATLAB reads; there write {new}_time = {name}.Time; "
+        message += f"{new} = {name}.Data; save('{new}.mat', '{new}', '{new}_time')"
+        message += f", and so with {', '.join(objects[1:])}" if objects[1:] else ""
+        remarks += [message] if times else []
+        faults += [] if times else [InputError(f"{path}: {message}", "format", name)]
     if not times and not faults:
         likely = [label for label, (x, _) in vectors.items() if x.dtype.kind in "iuf" and (np.diff(x) > 0).all()]
         some = f'such as signal = "{likely[0]}", which ascends' if likely else f"one of {', '.join(list(vectors)[:8])}"
@@ -156,6 +164,8 @@ def _visit(name: str, value: Any, arrays: Arrays) -> None:
             arrays[f"{name}.{column}"] = value[column].to_numpy(), ""
         if value.index.dtype.kind in "Mm":
             arrays[f"{name}.time"] = value.index.to_numpy(), ""
+    elif getattr(value, "classname", "") == "timeseries":
+        arrays[name] = np.array(value, dtype=object), ""
     elif not isinstance(value, np.ndarray):
         return
     elif value.dtype.names:
