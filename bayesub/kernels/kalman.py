@@ -1,4 +1,4 @@
-"""Hundreds of forces at knots given the readings, at a cost in proportion to the knots: a filter, and draws.
+"""Hundreds of forces at knots given the readings, at a cost in proportion to the knots: a filter, and a feedback law.
 
 Between two knots a motion is linear in the state s at the start of the piece and in the forces at its knots
 (:class:`Pieces`). Each force is a sequence in innovations form,
@@ -6,10 +6,17 @@ Between two knots a motion is linear in the state s at the start of the piece an
     c_j = p_j[0] + root_j w_j,    p_j+1 = T p_j + gain_j w_j,
 
 where T moves predictions p up by one and w is white (:mod:`bayesub.problem.innovations`). So readings less their
-prediction are those of a linear state-space model of the state s and, for each axis, of the forces at the three knots
-that act in a piece and of p at the knot after these. The Kalman filter takes its readings one by one; the product of
-the variances of what it could not foresee is the determinant of the information about w. Going back, the simulation
-smoother (de Jong & Shephard 1995) makes of standard normal y draws of w, whose mean are the w that fit best.
+prediction are those of a linear state-space model whose state is s and, for each axis, the forces at the three knots
+that act in a piece and p at the knot after these.
+
+The Kalman filter takes its readings one by one; the product of the variances of what it could not foresee is the
+determinant of the information about w. Going back it finds the w that fit best.
+
+The information filter goes back first: it finds the log density of all later readings by the state, quadratic as it is.
+Given the state and all readings, the w of the next knot are normal, and their mean is linear in the state. So standard
+normal y make draws of w on the way forward (:class:`Policy`), as the feedback of a linear-quadratic regulator controls
+a motion (Bryson & Ho 1975, section 5.2). The states may be those of the real motion: what it does besides what is
+linear, the later forces make good.
 """
 
 import math
@@ -65,17 +72,45 @@ class Smoothed(NamedTuple):
     """What the readings say about white coordinates w, of which the residuals are linear, with the derivatives G."""
 
     log_determinants: np.ndarray  # (n_batch,) of G'G + 1
-    white: np.ndarray  # (n_batch, n_axes, n_knots) that fit best, or draws
+    white: np.ndarray  # (n_batch, n_axes, n_knots) that fit best
     errors: np.ndarray  # (n_batch, n_rows) residuals, at w of zero, times the inverse Cholesky factor of G G' + 1
 
 
+class Policy(NamedTuple):
+    """How white coordinates change knot after knot, of members that have reached some state.
+
+    Changes are from where the response was linearised, also those of the state z: n_states, HATS forces of axis after
+    axis, and n_lags predictions of axis after axis.
+    """
+
+    reference: np.ndarray  # (n_batch, n_pieces, n_moved) first states at the ends of pieces there, of which z is less
+    ends: np.ndarray  # (n_batch, n_pieces, n_states, n_columns) derivatives of the state at the end of a piece
+    last: np.ndarray  # as of Innovations, as the gains and roots are
+    gains: np.ndarray
+    roots: np.ndarray
+    levels: np.ndarray  # (n_batch, n_axes, n_knots) at z of zero
+    feedback: np.ndarray  # (n_batch, n_axes, n_knots, n_z)
+
+    def followed(self) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) the changes, if the motion is linear."""
+        shocks = np.empty(self.levels.shape)
+        _follow(self, shocks)
+        return shocks
+
+
+def _members(pieces: Pieces, features: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Ends and rows of members by their features (n_batch, n_terms), of so many at a time as have room in memory."""
+    shapes = pieces.ends.shape[1:], pieces.rows.shape[1:]
+    terms = [np.ascontiguousarray(part).reshape(len(part), -1) for part in pieces[:2]]
+    step = max(1, _NUMBERS // (terms[0].shape[1] + terms[1].shape[1]))
+    for first in range(0, len(features), step):
+        some = slice(first, first + step)
+        ends, rows = ((features[some] @ part).reshape(-1, *shape) for part, shape in zip(terms, shapes, strict=True))
+        yield some, ends, rows
+
+
 def smooth(
-    pieces: Pieces,
-    features: np.ndarray,
-    innovations: Innovations,
-    residuals: np.ndarray,
-    white: np.ndarray,
-    y: np.ndarray | None = None,
+    pieces: Pieces, features: np.ndarray, innovations: Innovations, residuals: np.ndarray, white: np.ndarray
 ) -> Smoothed:
     """Integrate out the white coordinates of each member.
 
@@ -84,23 +119,42 @@ def smooth(
     features : (n_batch, n_terms)
     residuals : (n_batch, n_rows) at the white coordinates
     white : (n_batch, n_axes, n_knots), about which the response is linear
-    y : (n_batch, n_axes, n_knots), standard normal, for draws in place of the best
     """
-    n_terms, n = pieces.rows.shape[0], len(white)
-    found, errors, log_determinants = np.empty(white.shape), np.array(residuals), np.empty(n)
-    shapes = pieces.ends.shape[1:], pieces.rows.shape[1:]
-    terms = [np.ascontiguousarray(part).reshape(n_terms, -1) for part in pieces[:2]]
-    step = max(1, _NUMBERS // (terms[0].shape[1] + terms[1].shape[1]))
-    for first in range(0, n, step):
-        some = slice(first, first + step)
-        ends, rows = ((features[some] @ part).reshape(-1, *shape) for part, shape in zip(terms, shapes, strict=True))
+    found, errors, log_determinants = np.empty(white.shape), np.array(residuals), np.empty(len(white))
+    for some, ends, rows in _members(pieces, features):
         given = [np.ascontiguousarray(part[some]) for part in (*innovations, residuals, white)]
-        noise = given[-1] if y is None else np.ascontiguousarray(y[some])
-        _smooth(
-            ends, rows, *given, noise, y is not None, pieces.order, pieces.firsts, log_determinants[some], found[some],
-            errors[some],
-        )  # fmt: skip
+        _smooth(ends, rows, *given, pieces.order, pieces.firsts, log_determinants[some], found[some], errors[some])
     return Smoothed(log_determinants, found, errors)
+
+
+def policy(
+    pieces: Pieces,
+    features: np.ndarray,
+    innovations: Innovations,
+    residuals: np.ndarray,
+    white: np.ndarray,
+    y: np.ndarray,
+    reference: np.ndarray,
+) -> tuple[Policy, np.ndarray]:
+    """The policy that makes of standard normal y draws of white coordinates given the readings, and of zero the best.
+
+    Reference and y (n_batch, n_axes, n_knots) are of each member, the rest as of :func:`smooth`. The derivatives of the
+    draws by y have the determinant exp(-d / 2), whatever the motion; d (n_batch,) come with the policy.
+    """
+    n, n_axes, n_knots, n_lags = innovations.gains.shape
+    _, n_pieces, n_states, n_columns = pieces.ends.shape
+    levels, feedback = np.empty(white.shape), np.empty((n, n_axes, n_knots, n_columns + n_axes * n_lags))
+    all_ends, log_determinants = np.empty((n, n_pieces, n_states, n_columns)), np.empty(n)
+    for some, ends, rows in _members(pieces, features):
+        given = [np.ascontiguousarray(part[some]) for part in (*innovations, residuals, white, y)]
+        _plan(
+            ends, rows, *given, pieces.order, pieces.firsts, log_determinants[some], levels[some], feedback[some]
+        )  # fmt: skip
+        all_ends[some] = ends
+    sequences = map(np.ascontiguousarray, innovations)
+    last, gains, roots = sequences
+    law = Policy(np.ascontiguousarray(reference), all_ends, last, gains, roots, levels, feedback)
+    return law, log_determinants
 
 
 def causes(pieces: Pieces, forces: np.ndarray) -> Iterator[np.ndarray]:
@@ -183,21 +237,9 @@ def _update(row, residual, mean, spread, gain):
 
 
 @inline
-def _undo(row, gain, error, variance, slope, curvature, draws):
+def _undo(row, gain, error, variance, slope):
     """Take a reading back: what comes later and it, by the state before it."""
-    n_columns, n = len(row), len(slope)
-    _add(error / variance - _dot(gain, slope), row, slope[:n_columns])
-    if not draws:
-        return
-    onto = np.zeros(n)
-    for i in range(n):
-        _add(gain[i], curvature[i], onto)
-    own = 1.0 / variance + _dot(gain, onto)
-    for i in range(n_columns):
-        _add(-row[i], onto, curvature[i])
-        _add(own * row[i] - onto[i], row, curvature[i, :n_columns])
-    for i in range(n_columns, n):
-        _add(-onto[i], row, curvature[i, :n_columns])
+    _add(error / variance - _dot(gain, slope), row, slope[: len(row)])
 
 
 @inline
@@ -218,12 +260,10 @@ def _advance(end, mean, spread):
 
 
 @inline
-def _retreat(end, slope, curvature, draws):
+def _retreat(end, slope, curvature):
     """From the end of a piece to its start."""
     n_states, n_columns = end.shape
     _transposed(end, slope)
-    if not draws:
-        return
     for i in range(len(slope)):
         _transposed(end, curvature[i])
     moved = curvature[:n_states].copy()
@@ -298,9 +338,7 @@ def _inject(knot, n_states, n_columns, last, gains, roots, white, mean, spread, 
 
 
 @inline
-def _withdraw(
-    knot, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across
-):  # fmt: skip
+def _withdraw(knot, n_states, n_columns, last, gains, roots, slope, found, noise):
     """The white coordinates of a knot, and what comes later by the state before it."""
     n_axes, n_knots, n_lags = gains.shape
     lives = knot < n_knots
@@ -309,34 +347,15 @@ def _withdraw(
         if lives:
             _noise(noise, first, lags, roots[a, knot], gains[a, knot])
             found[a, knot] = _dot(noise, slope)
-        if lives and draws:
-            across[:] = 0.0
-            _add(roots[a, knot], curvature[first + HATS - 1], across)
-            for i in range(n_lags):
-                _add(gains[a, knot, i], curvature[lags + i], across)
-            left = 1.0 - _dot(noise, across)
-            deviation = math.sqrt(left) * given[a, knot]
-            found[a, knot] += deviation
         _unshift(slope, first, lags, last[a], lives)
-        if not draws:
-            continue
-        for i in range(len(slope)):
-            _unshift(curvature[i], first, lags, last[a], lives)
-        for i in range(len(slope)):
-            _unshift(curvature[:, i], first, lags, last[a], lives)
-        if lives:
-            _unshift(across, first, lags, last[a], lives)
-            _add(-deviation / left, across, slope)
-            for i in range(len(across)):
-                _add(across[i] / left, across, curvature[i])
 
 
 @jit
-def _smooth_one(ends, rows, last, gains, roots, residuals, white, given, draws, order, firsts, found, errors):
+def _smooth_one(ends, rows, last, gains, roots, residuals, white, order, firsts, found, errors):
     n_pieces, n_states, n_columns = ends.shape
     n_axes, n_knots, n_lags = gains.shape
     n = n_columns + n_axes * n_lags
-    mean, spread, noise, across = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    mean, spread, noise = np.zeros(n), np.zeros((n, n)), np.zeros(n)
     kept_gain, kept_error, kept_variance = np.empty((len(order), n)), np.empty(len(order)), np.empty(len(order))
     log_determinant = 0.0
     for j in range(min(HATS, n_knots)):
@@ -349,26 +368,126 @@ def _smooth_one(ends, rows, last, gains, roots, residuals, white, given, draws, 
             log_determinant += math.log(variance)
         _advance(ends[k], mean, spread)
         _inject(k + HATS, n_states, n_columns, last, gains, roots, white, mean, spread, noise)
-    # Back: `slope` is the gradient of the log density of what comes later by the state, `curvature` its information.
-    slope, curvature = np.zeros(n), np.zeros((n, n))
+    slope = np.zeros(n)  # going back, of the log density of what comes later, by the state
     for k in range(n_pieces - 1, -1, -1):
-        _withdraw(
-            k + HATS, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across
-        )
-        _retreat(ends[k], slope, curvature, draws)
+        _withdraw(k + HATS, n_states, n_columns, last, gains, roots, slope, found, noise)
+        _transposed(ends[k], slope)
         for i in range(firsts[k + 1] - 1, firsts[k] - 1, -1):
-            _undo(rows[order[i]], kept_gain[i], kept_error[i], kept_variance[i], slope, curvature, draws)
+            _undo(rows[order[i]], kept_gain[i], kept_error[i], kept_variance[i], slope)
     for j in range(min(HATS, n_knots) - 1, -1, -1):
-        _withdraw(j, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across)
+        _withdraw(j, n_states, n_columns, last, gains, roots, slope, found, noise)
     return log_determinant
 
 
 @jit(threads=True)
-def _smooth(
-    ends, rows, last, gains, roots, residuals, white, given, draws, order, firsts, log_determinants, found, errors
-):  # fmt: skip
+def _smooth(ends, rows, last, gains, roots, residuals, white, order, firsts, log_determinants, found, errors):
     for k in prange(len(ends)):
         log_determinants[k] = _smooth_one(
-            ends[k], rows[k], last[k], gains[k], roots[k], residuals[k], white[k], given[k], draws, order, firsts,
-            found[k], errors[k],
+            ends[k], rows[k], last[k], gains[k], roots[k], residuals[k], white[k], order, firsts, found[k], errors[k]
+        )
+
+
+@inline
+def _choose(knot, n_states, n_columns, last, gains, roots, white, y, slope, curvature, levels, feedback, noise):
+    """How the white coordinates of a knot follow the state, and what comes later by the state before it.
+
+    Later readings have minus half a square form of the state, its `curvature`, plus the `slope` times the state as
+    their log density. Returns the log determinant of the precisions.
+    """
+    n_axes, n_knots, n_lags = gains.shape
+    lives, log_determinant = knot < n_knots, 0.0
+    for a in range(n_axes - 1, -1, -1):
+        first, lags = n_states + HATS * a, n_columns + a * n_lags
+        if lives:
+            _noise(noise, first, lags, roots[a, knot], gains[a, knot])
+            across = feedback[a, knot]
+            across[:] = 0.0
+            _add(roots[a, knot], curvature[first + HATS - 1], across)
+            for i in range(n_lags):
+                _add(gains[a, knot, i], curvature[lags + i], across)
+            precision = 1.0 + _dot(noise, across)
+            best = (_dot(noise, slope) - white[a, knot]) / precision
+            levels[a, knot] = best + y[a, knot] / math.sqrt(precision)
+            log_determinant += math.log(precision)
+            _add(-best, across, slope)
+            for i in range(len(across)):
+                across[i] /= -precision
+            for i in range(len(across)):
+                _add(-precision * across[i], across, curvature[i])
+        _unshift(slope, first, lags, last[a], lives)
+        for i in range(len(slope)):
+            _unshift(curvature[i], first, lags, last[a], lives)
+        for i in range(len(slope)):
+            _unshift(curvature[:, i], first, lags, last[a], lives)
+    return log_determinant
+
+
+@jit
+def _plan_one(ends, rows, last, gains, roots, residuals, white, y, order, firsts, levels, feedback):
+    n_pieces, n_states, n_columns = ends.shape
+    n_axes, n_knots, n_lags = gains.shape
+    n, log_determinant = n_columns + n_axes * n_lags, 0.0
+    slope, curvature, noise = np.zeros(n), np.zeros((n, n)), np.zeros(n)
+    for k in range(n_pieces - 1, -1, -1):
+        log_determinant += _choose(
+            k + HATS, n_states, n_columns, last, gains, roots, white, y, slope, curvature, levels, feedback, noise
+        )
+        _retreat(ends[k], slope, curvature)
+        for i in range(firsts[k], firsts[k + 1]):
+            row = rows[order[i]]
+            _add(-residuals[order[i]], row, slope[:n_columns])
+            for j in range(n_columns):
+                _add(row[j], row, curvature[j, :n_columns])
+    for j in range(min(HATS, n_knots) - 1, -1, -1):
+        log_determinant += _choose(
+            j, n_states, n_columns, last, gains, roots, white, y, slope, curvature, levels, feedback, noise
+        )
+    return log_determinant
+
+
+@jit(threads=True)
+def _plan(
+    ends, rows, last, gains, roots, residuals, white, y, order, firsts, log_determinants, levels, feedback
+):  # fmt: skip
+    for k in prange(len(ends)):
+        log_determinants[k] = _plan_one(
+            ends[k], rows[k], last[k], gains[k], roots[k], residuals[k], white[k], y[k], order, firsts, levels[k],
+            feedback[k],
         )  # fmt: skip
+
+
+@inline
+def decide(policy, member, knot, state, shocks):
+    """The white coordinates of a knot of a member, by its state (n_z,), of which their forces become part."""
+    _, n_axes, n_knots, n_lags = policy.gains.shape
+    n_states, n_columns = policy.ends.shape[2:]
+    lives = knot < n_knots
+    for a in range(n_axes):
+        first, lags = n_states + HATS * a, n_columns + a * n_lags
+        _shift(state, first, lags, policy.last[member, a], lives)
+        if lives:
+            shock = policy.levels[member, a, knot] + _dot(policy.feedback[member, a, knot], state)
+            shocks[a, knot] = shock
+            state[first + HATS - 1] += policy.roots[member, a, knot] * shock
+            _add(shock, policy.gains[member, a, knot], state[lags : lags + n_lags])
+
+
+@inline
+def proceed(policy, member, piece, state):
+    """The state (n_z,) goes to the end of a piece, as if the motion were linear."""
+    n_states, n_columns = policy.ends.shape[2:]
+    before = state[:n_columns].copy()
+    for k in range(n_states):
+        state[k] = _dot(policy.ends[member, piece, k], before)
+
+
+@jit
+def _follow(policy, shocks):
+    n, _, n_knots, n_z = policy.feedback.shape
+    for member in range(n):
+        state = np.zeros(n_z)
+        for knot in range(min(HATS, n_knots)):
+            decide(policy, member, knot, state, shocks[member])
+        for piece in range(policy.ends.shape[1]):
+            proceed(policy, member, piece, state)
+            decide(policy, member, piece + HATS, state, shocks[member])

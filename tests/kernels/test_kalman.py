@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.kernels.kalman import HATS, Innovations, Pieces, respond, smooth
+from bayesub.kernels.kalman import HATS, Innovations, Pieces, policy, respond, smooth
 
 N_PIECES, N_STATES, N_AXES, N_LAGS, N_ROWS, N_TERMS = 7, 4, 2, 3, 25, 3
 N_KNOTS = N_PIECES + 1
@@ -83,9 +83,17 @@ def test_what_is_found_is_that_of_dense_algebra(case, k):
     np.testing.assert_allclose(found.errors[k][order], errors, atol=1e-11)
 
 
+def no_motion(n):
+    """Reference states of a motion of which no state is looked at."""
+    return np.zeros((n, N_PIECES, 0))
+
+
 @pytest.mark.parametrize("k", [0, 10])
-def test_draws_have_the_covariance_given_the_readings(case, k):
-    """They are linear in y; the determinant of that map is the one that is told."""
+def test_a_policy_makes_draws(case, k):
+    """They are linear in y and have the covariance given the readings, whose determinant is told; without y the best.
+
+    The first of those knots that are chosen together does not depend on the y of later ones.
+    """
     pieces, features, sequences, residuals, white = case
     response, _ = dense(case, k)
     one = Innovations(*(part[[k]] for part in sequences)).repeated(N_WHITE)
@@ -94,12 +102,18 @@ def test_draws_have_the_covariance_given_the_readings(case, k):
     def repeated(array):
         return np.repeat(array[[k]], N_WHITE, axis=0)
 
-    drawn = smooth(pieces, repeated(features), one, repeated(residuals), repeated(white), y)
     best = smooth(pieces, features, sequences, residuals, white)
-    by_y = (drawn.white - best.white[k]).reshape(N_WHITE, N_WHITE).T
+    given = repeated(features), one, repeated(residuals), repeated(white)
+    law, log_determinants = policy(pieces, *given, 0.0 * y, no_motion(N_WHITE))
+    unmoved = repeated(white) + law.followed()
+    np.testing.assert_allclose(unmoved, repeated(best.white), atol=1e-12)
+    np.testing.assert_allclose(log_determinants, best.log_determinants[k], atol=1e-11)
+    law, _ = policy(pieces, *given, y, no_motion(N_WHITE))
+    by_y = (repeated(white) + law.followed() - unmoved).reshape(N_WHITE, N_WHITE).T
     np.testing.assert_allclose(by_y @ by_y.T, np.linalg.inv(response.T @ response + np.eye(N_WHITE)), atol=1e-12)
     assert np.linalg.slogdet(by_y)[1] == pytest.approx(-0.5 * best.log_determinants[k], abs=1e-10)
-    assert np.linalg.norm(drawn.white - best.white[k]) > 0.1
+    in_time = by_y.reshape(N_AXES, N_KNOTS, N_AXES, N_KNOTS).transpose(1, 0, 3, 2).reshape(N_WHITE, N_WHITE)
+    assert np.all(in_time == np.tril(in_time))
 
 
 def test_members_do_not_touch_each_other(case):
