@@ -1,4 +1,4 @@
-"""Hundreds of forces at knots given the readings, at a cost in proportion to the knots: a filter, and a feedback law.
+"""Hundreds of forces at knots given the readings, at a cost in proportion to the knots: a filter and a feedback law.
 
 Between two knots a motion is linear in the state s at the start of the piece and in the forces at its knots
 (:class:`Pieces`). Each force is a sequence in innovations form,
@@ -9,14 +9,11 @@ where T moves predictions p up by one and w is white (:mod:`bayesub.problem.inno
 prediction are those of a linear state-space model whose state is s and, for each axis, the forces at the three knots
 that act in a piece and p at the knot after these.
 
-The Kalman filter takes its readings one by one; the product of the variances of what it could not foresee is the
-determinant of the information about w. Going back it finds the w that fit best.
-
-The information filter goes back first: it finds the log density of all later readings by the state, quadratic as it is.
-Given the state and all readings, the w of the next knot are normal, and their mean is linear in the state. So standard
-normal y make draws of w on the way forward (:class:`Policy`), as the feedback of a linear-quadratic regulator controls
-a motion (Bryson & Ho 1975, section 5.2). The states may be those of the real motion: what it does besides what is
-linear, the later forces make good.
+An information filter goes back from the last reading (Fraser & Potter 1969): it finds the log density of all later
+readings by the state, which is quadratic. Given the state and all readings, the w of the next knot are normal, and
+their mean is linear in the state. So standard normal y make draws of w on the way forward (:class:`Policy`), as the
+feedback of a linear-quadratic regulator controls a motion (Bryson & Ho 1975, section 5.2). The states may be those of
+the real motion: what it does besides what is linear, the later forces make good.
 """
 
 import math
@@ -68,14 +65,6 @@ class Innovations(NamedTuple):
         return Innovations(*(np.repeat(part, n, axis=0) for part in self))
 
 
-class Smoothed(NamedTuple):
-    """What the readings say about white coordinates w, of which the residuals are linear, with the derivatives G."""
-
-    log_determinants: np.ndarray  # (n_batch,) of G'G + 1
-    white: np.ndarray  # (n_batch, n_axes, n_knots) that fit best
-    errors: np.ndarray  # (n_batch, n_rows) residuals, at w of zero, times the inverse Cholesky factor of G G' + 1
-
-
 class Policy(NamedTuple):
     """How white coordinates change knot after knot, of members that have reached some state.
 
@@ -109,24 +98,6 @@ def _members(pieces: Pieces, features: np.ndarray) -> Iterator[tuple[slice, np.n
         yield some, ends, rows
 
 
-def smooth(
-    pieces: Pieces, features: np.ndarray, innovations: Innovations, residuals: np.ndarray, white: np.ndarray
-) -> Smoothed:
-    """Integrate out the white coordinates of each member.
-
-    Parameters
-    ----------
-    features : (n_batch, n_terms)
-    residuals : (n_batch, n_rows) at the white coordinates
-    white : (n_batch, n_axes, n_knots), about which the response is linear
-    """
-    found, errors, log_determinants = np.empty(white.shape), np.array(residuals), np.empty(len(white))
-    for some, ends, rows in _members(pieces, features):
-        given = [np.ascontiguousarray(part[some]) for part in (*innovations, residuals, white)]
-        _smooth(ends, rows, *given, pieces.order, pieces.firsts, log_determinants[some], found[some], errors[some])
-    return Smoothed(log_determinants, found, errors)
-
-
 def policy(
     pieces: Pieces,
     features: np.ndarray,
@@ -138,8 +109,16 @@ def policy(
 ) -> tuple[Policy, np.ndarray]:
     """The policy that makes of standard normal y draws of white coordinates given the readings, and of zero the best.
 
-    Reference and y (n_batch, n_axes, n_knots) are of each member, the rest as of :func:`smooth`. The derivatives of the
-    draws by y have the determinant exp(-d / 2), whatever the motion; d (n_batch,) come with the policy.
+    The derivatives of the draws by y have the determinant exp(-d / 2), whatever the motion. If it is linear, with the
+    derivatives G of the residuals, d is log det(G'G + 1). The d (n_batch,) come with the policy.
+
+    Parameters
+    ----------
+    features : (n_batch, n_terms)
+    residuals : (n_batch, n_rows) at the white coordinates
+    white : (n_batch, n_axes, n_knots), about which the response is linear
+    y : (n_batch, n_axes, n_knots)
+    reference : as of the policy
     """
     n, n_axes, n_knots, n_lags = innovations.gains.shape
     _, n_pieces, n_states, n_columns = pieces.ends.shape
@@ -220,46 +199,6 @@ def _dot(x, y):
 
 
 @inline
-def _update(row, residual, mean, spread, gain):
-    """Take a reading; gain (n,), error and variance of what it could not foresee."""
-    n_columns, n = len(row), len(mean)
-    across = np.zeros(n)
-    for j in range(n_columns):
-        _add(row[j], spread[j], across)
-    variance = 1.0 + _dot(row, across[:n_columns])
-    error = -residual - _dot(row, mean[:n_columns])
-    for i in range(n):
-        gain[i] = across[i] / variance
-    _add(error, gain, mean)
-    for i in range(n):
-        _add(-across[i], gain, spread[i])
-    return error, variance
-
-
-@inline
-def _undo(row, gain, error, variance, slope):
-    """Take a reading back: what comes later and it, by the state before it."""
-    _add(error / variance - _dot(gain, slope), row, slope[: len(row)])
-
-
-@inline
-def _advance(end, mean, spread):
-    """From the start of a piece to its end."""
-    n_states, n_columns = end.shape
-    moved, state = np.zeros((n_states, len(mean))), np.empty(n_states)
-    for k in range(n_states):
-        state[k] = _dot(end[k], mean[:n_columns])
-        for i in range(n_columns):
-            _add(end[k, i], spread[i], moved[k])
-    for k in range(n_states):
-        mean[k] = state[k]
-        for j in range(n_states, len(mean)):
-            spread[k, j] = spread[j, k] = moved[k, j]
-        for m in range(n_states):
-            spread[k, m] = _dot(moved[k, :n_columns], end[m])
-
-
-@inline
 def _retreat(end, slope, curvature):
     """From the end of a piece to its start."""
     n_states, n_columns = end.shape
@@ -315,76 +254,6 @@ def _noise(noise, first, lags, root, gain):
     noise[:] = 0.0
     noise[first + HATS - 1] = root
     noise[lags : lags + len(gain)] = gain
-
-
-@inline
-def _inject(knot, n_states, n_columns, last, gains, roots, white, mean, spread, noise):
-    """The forces of a knot become part of the state, and those of the first knot leave it."""
-    n_axes, n_knots, n_lags = gains.shape
-    lives = knot < n_knots
-    for a in range(n_axes):
-        first, lags = n_states + HATS * a, n_columns + a * n_lags
-        _shift(mean, first, lags, last[a], lives)
-        for i in range(len(mean)):
-            _shift(spread[i], first, lags, last[a], lives)
-        for i in range(len(mean)):
-            _shift(spread[:, i], first, lags, last[a], lives)
-        if lives:
-            _noise(noise, first, lags, roots[a, knot], gains[a, knot])
-            _add(-white[a, knot], noise, mean)
-            _add(roots[a, knot], noise, spread[first + HATS - 1])
-            for i in range(n_lags):
-                _add(gains[a, knot, i], noise, spread[lags + i])
-
-
-@inline
-def _withdraw(knot, n_states, n_columns, last, gains, roots, slope, found, noise):
-    """The white coordinates of a knot, and what comes later by the state before it."""
-    n_axes, n_knots, n_lags = gains.shape
-    lives = knot < n_knots
-    for a in range(n_axes - 1, -1, -1):
-        first, lags = n_states + HATS * a, n_columns + a * n_lags
-        if lives:
-            _noise(noise, first, lags, roots[a, knot], gains[a, knot])
-            found[a, knot] = _dot(noise, slope)
-        _unshift(slope, first, lags, last[a], lives)
-
-
-@jit
-def _smooth_one(ends, rows, last, gains, roots, residuals, white, order, firsts, found, errors):
-    n_pieces, n_states, n_columns = ends.shape
-    n_axes, n_knots, n_lags = gains.shape
-    n = n_columns + n_axes * n_lags
-    mean, spread, noise = np.zeros(n), np.zeros((n, n)), np.zeros(n)
-    kept_gain, kept_error, kept_variance = np.empty((len(order), n)), np.empty(len(order)), np.empty(len(order))
-    log_determinant = 0.0
-    for j in range(min(HATS, n_knots)):
-        _inject(j, n_states, n_columns, last, gains, roots, white, mean, spread, noise)
-    for k in range(n_pieces):
-        for i in range(firsts[k], firsts[k + 1]):
-            error, variance = _update(rows[order[i]], residuals[order[i]], mean, spread, kept_gain[i])
-            kept_error[i], kept_variance[i] = error, variance
-            errors[order[i]] = -error / math.sqrt(variance)
-            log_determinant += math.log(variance)
-        _advance(ends[k], mean, spread)
-        _inject(k + HATS, n_states, n_columns, last, gains, roots, white, mean, spread, noise)
-    slope = np.zeros(n)  # going back, of the log density of what comes later, by the state
-    for k in range(n_pieces - 1, -1, -1):
-        _withdraw(k + HATS, n_states, n_columns, last, gains, roots, slope, found, noise)
-        _transposed(ends[k], slope)
-        for i in range(firsts[k + 1] - 1, firsts[k] - 1, -1):
-            _undo(rows[order[i]], kept_gain[i], kept_error[i], kept_variance[i], slope)
-    for j in range(min(HATS, n_knots) - 1, -1, -1):
-        _withdraw(j, n_states, n_columns, last, gains, roots, slope, found, noise)
-    return log_determinant
-
-
-@jit(threads=True)
-def _smooth(ends, rows, last, gains, roots, residuals, white, order, firsts, log_determinants, found, errors):
-    for k in prange(len(ends)):
-        log_determinants[k] = _smooth_one(
-            ends[k], rows[k], last[k], gains[k], roots[k], residuals[k], white[k], order, firsts, found[k], errors[k]
-        )
 
 
 @inline

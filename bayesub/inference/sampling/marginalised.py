@@ -122,13 +122,13 @@ class Marginalised:
         linear = Integrated(self.problem, self.centre)
         by_others = self.problem.jacobian_of_others(self.centre, linear.responses)
         by_scaled = self.prior.scaled_chain(by_others, self._x)
-        rows, following = linear.out(by_scaled)
+        rows = linear.out(by_scaled)
         # The principal axes of the Laplace approximation of psi, a standard deviation long.
         covariance = np.linalg.inv(rows.T @ rows + np.eye(self.n_params))[np.ix_(self._moving, self._moving)]
         values, vectors = np.linalg.eigh(covariance)
         self._axes = vectors * np.sqrt(values)  # of x; column j is a standard deviation along the jth
         self._onto, self._active = vectors / np.sqrt(values), np.zeros((len(values), 0))
-        following = self._axes.T @ following[self._moving]  # of white coordinates by these
+        following = (rows[len(by_others) :, self._moving] @ self._axes).T  # of white coordinates by these
         self._responses = []
         for history, pieces, innovations in linear.parts:
             own = np.searchsorted(self.white, history.columns)
