@@ -78,7 +78,7 @@ class Policy(NamedTuple):
     gains: np.ndarray
     roots: np.ndarray
     levels: np.ndarray  # (n_batch, n_axes, n_knots) at z of zero
-    feedback: np.ndarray  # (n_batch, n_axes, n_knots, n_z)
+    feedback: np.ndarray  # (n_batch, n_axes, n_knots, n_z); of it, the ends and innovations one for all may do
 
     def followed(self) -> np.ndarray:
         """(n_batch, n_axes, n_knots) the changes, if the motion is linear."""
@@ -114,26 +114,26 @@ def policy(
 
     Parameters
     ----------
-    features : (n_batch, n_terms)
+    features : (n_batch, n_terms), or (1, n_terms) of members that are alike, and the innovations too
     residuals : (n_batch, n_rows) at the white coordinates
     white : (n_batch, n_axes, n_knots), about which the response is linear
     y : (n_batch, n_axes, n_knots)
     reference : as of the policy
     """
-    n, n_axes, n_knots, n_lags = innovations.gains.shape
-    _, n_pieces, n_states, n_columns = pieces.ends.shape
-    levels, feedback = np.empty(white.shape), np.empty((n, n_axes, n_knots, n_columns + n_axes * n_lags))
-    all_ends, log_determinants = np.empty((n, n_pieces, n_states, n_columns)), np.empty(n)
+    n_different, n_axes, n_knots, n_lags = innovations.gains.shape
+    n_z = pieces.ends.shape[3] + n_axes * n_lags
+    levels, feedback = np.empty(white.shape), np.empty((n_different, n_axes, n_knots, n_z))
+    each, log_determinants, first = [], np.empty(n_different), (n_different, -1)
+    alike = [part.reshape(*first, *part.shape[1:]) for part in (residuals, white, y, levels)]
     for some, ends, rows in _members(pieces, features):
-        given = [np.ascontiguousarray(part[some]) for part in (*innovations, residuals, white, y)]
+        given = [np.ascontiguousarray(part[some]) for part in (*innovations, *alike[:3])]
         _plan(
-            ends, rows, *given, pieces.order, pieces.firsts, log_determinants[some], levels[some], feedback[some]
+            ends, rows, *given, pieces.order, pieces.firsts, log_determinants[some], alike[3][some], feedback[some]
         )  # fmt: skip
-        all_ends[some] = ends
-    sequences = map(np.ascontiguousarray, innovations)
-    last, gains, roots = sequences
-    law = Policy(np.ascontiguousarray(reference), all_ends, last, gains, roots, levels, feedback)
-    return law, log_determinants
+        each.append(ends)
+    last, gains, roots = map(np.ascontiguousarray, innovations)
+    law = Policy(np.ascontiguousarray(reference), np.concatenate(each), last, gains, roots, levels, feedback)
+    return law, np.repeat(log_determinants, len(white) // n_different)
 
 
 def causes(pieces: Pieces, forces: np.ndarray) -> Iterator[np.ndarray]:
@@ -199,11 +199,12 @@ def _dot(x, y):
 
 
 @inline
-def _retreat(end, slope, curvature):
+def _retreat(end, slopes, curvature):
     """From the end of a piece to its start."""
     n_states, n_columns = end.shape
-    _transposed(end, slope)
-    for i in range(len(slope)):
+    for i in range(len(slopes)):
+        _transposed(end, slopes[i])
+    for i in range(len(curvature)):
         _transposed(end, curvature[i])
     moved = curvature[:n_states].copy()
     curvature[:n_states] = 0.0
@@ -257,11 +258,12 @@ def _noise(noise, first, lags, root, gain):
 
 
 @inline
-def _choose(knot, n_states, n_columns, last, gains, roots, white, y, slope, curvature, levels, feedback, noise):
+def _choose(knot, n_states, n_columns, last, gains, roots, white, y, slopes, curvature, levels, feedback, noise):
     """How the white coordinates of a knot follow the state, and what comes later by the state before it.
 
-    Later readings have minus half a square form of the state, its `curvature`, plus the `slope` times the state as
-    their log density. Returns the log determinant of the precisions.
+    Later readings have minus half a square form of the state, its `curvature`, plus the slope times the state as
+    their log density, with slopes of each of some members that are alike. Returns the log determinant of the
+    precisions.
     """
     n_axes, n_knots, n_lags = gains.shape
     lives, log_determinant = knot < n_knots, 0.0
@@ -275,18 +277,20 @@ def _choose(knot, n_states, n_columns, last, gains, roots, white, y, slope, curv
             for i in range(n_lags):
                 _add(gains[a, knot, i], curvature[lags + i], across)
             precision = 1.0 + _dot(noise, across)
-            best = (_dot(noise, slope) - white[a, knot]) / precision
-            levels[a, knot] = best + y[a, knot] / math.sqrt(precision)
             log_determinant += math.log(precision)
-            _add(-best, across, slope)
+            for m in range(len(slopes)):
+                best = (_dot(noise, slopes[m]) - white[m, a, knot]) / precision
+                levels[m, a, knot] = best + y[m, a, knot] / math.sqrt(precision)
+                _add(-best, across, slopes[m])
             for i in range(len(across)):
                 across[i] /= -precision
             for i in range(len(across)):
                 _add(-precision * across[i], across, curvature[i])
-        _unshift(slope, first, lags, last[a], lives)
-        for i in range(len(slope)):
+        for m in range(len(slopes)):
+            _unshift(slopes[m], first, lags, last[a], lives)
+        for i in range(len(curvature)):
             _unshift(curvature[i], first, lags, last[a], lives)
-        for i in range(len(slope)):
+        for i in range(len(curvature)):
             _unshift(curvature[:, i], first, lags, last[a], lives)
     return log_determinant
 
@@ -296,20 +300,21 @@ def _plan_one(ends, rows, last, gains, roots, residuals, white, y, order, firsts
     n_pieces, n_states, n_columns = ends.shape
     n_axes, n_knots, n_lags = gains.shape
     n, log_determinant = n_columns + n_axes * n_lags, 0.0
-    slope, curvature, noise = np.zeros(n), np.zeros((n, n)), np.zeros(n)
+    slopes, curvature, noise = np.zeros((len(white), n)), np.zeros((n, n)), np.zeros(n)
     for k in range(n_pieces - 1, -1, -1):
         log_determinant += _choose(
-            k + HATS, n_states, n_columns, last, gains, roots, white, y, slope, curvature, levels, feedback, noise
+            k + HATS, n_states, n_columns, last, gains, roots, white, y, slopes, curvature, levels, feedback, noise
         )
-        _retreat(ends[k], slope, curvature)
+        _retreat(ends[k], slopes, curvature)
         for i in range(firsts[k], firsts[k + 1]):
             row = rows[order[i]]
-            _add(-residuals[order[i]], row, slope[:n_columns])
+            for m in range(len(slopes)):
+                _add(-residuals[m, order[i]], row, slopes[m, :n_columns])
             for j in range(n_columns):
                 _add(row[j], row, curvature[j, :n_columns])
     for j in range(min(HATS, n_knots) - 1, -1, -1):
         log_determinant += _choose(
-            j, n_states, n_columns, last, gains, roots, white, y, slope, curvature, levels, feedback, noise
+            j, n_states, n_columns, last, gains, roots, white, y, slopes, curvature, levels, feedback, noise
         )
     return log_determinant
 
@@ -330,30 +335,30 @@ def decide(policy, member, knot, state, shocks):
     """The white coordinates of a knot of a member, by its state (n_z,), of which their forces become part."""
     _, n_axes, n_knots, n_lags = policy.gains.shape
     n_states, n_columns = policy.ends.shape[2:]
-    lives = knot < n_knots
+    lives, of = knot < n_knots, min(member, len(policy.feedback) - 1)
     for a in range(n_axes):
         first, lags = n_states + HATS * a, n_columns + a * n_lags
-        _shift(state, first, lags, policy.last[member, a], lives)
+        _shift(state, first, lags, policy.last[of, a], lives)
         if lives:
-            shock = policy.levels[member, a, knot] + _dot(policy.feedback[member, a, knot], state)
+            shock = policy.levels[member, a, knot] + _dot(policy.feedback[of, a, knot], state)
             shocks[a, knot] = shock
-            state[first + HATS - 1] += policy.roots[member, a, knot] * shock
-            _add(shock, policy.gains[member, a, knot], state[lags : lags + n_lags])
+            state[first + HATS - 1] += policy.roots[of, a, knot] * shock
+            _add(shock, policy.gains[of, a, knot], state[lags : lags + n_lags])
 
 
 @inline
 def proceed(policy, member, piece, state):
     """The state (n_z,) goes to the end of a piece, as if the motion were linear."""
     n_states, n_columns = policy.ends.shape[2:]
-    before = state[:n_columns].copy()
+    before, of = state[:n_columns].copy(), min(member, len(policy.ends) - 1)
     for k in range(n_states):
-        state[k] = _dot(policy.ends[member, piece, k], before)
+        state[k] = _dot(policy.ends[of, piece, k], before)
 
 
 @jit
 def _follow(policy, shocks):
-    n, _, n_knots, n_z = policy.feedback.shape
-    for member in range(n):
+    _, _, n_knots, n_z = policy.feedback.shape
+    for member in range(len(shocks)):
         state = np.zeros(n_z)
         for knot in range(min(HATS, n_knots)):
             decide(policy, member, knot, state, shocks[member])

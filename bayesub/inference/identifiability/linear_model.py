@@ -47,11 +47,11 @@ class Integrated:
         for history, pieces, innovations in self.parts:
             own, shape = np.searchsorted(self.white, history.columns), (n, *innovations.roots.shape[1:])
             about = np.zeros((n, len(own))) if white is None else np.broadcast_to(white[..., own], (n, len(own)))
-            residuals, sequences = np.ascontiguousarray(columns[history.rows].T), innovations.repeated(n)
+            residuals = np.ascontiguousarray(columns[history.rows].T)
             nothing = np.zeros(shape), np.zeros((n, pieces.ends.shape[1], 0))
-            law, _ = policy(pieces, np.ones((n, 1)), sequences, residuals, about.reshape(shape), *nothing)
+            law, _ = policy(pieces, np.ones((1, 1)), innovations, residuals, about.reshape(shape), *nothing)
             changes = law.followed()
-            columns[history.rows] += respond(pieces, sequences.forces(changes)).T
+            columns[history.rows] += respond(pieces, innovations.repeated(n).forces(changes)).T
             columns[n_rows + own] = about.T + changes.reshape(n, -1).T
         return columns
 
