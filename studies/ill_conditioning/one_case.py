@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.findings.coefficient_examinations import number_or_none as finite
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
 from bayesub.inference.identifiability import Cancellation, Collinearity, Contribution, Profile, Spectrum
@@ -104,11 +105,6 @@ class Conditioning:
         for axis, c in self.cancellation.items():
             arrays[f"errors_{axis}"] = c.errors[samples].astype(np.float32)
         return arrays
-
-
-def finite(value) -> float | None:
-    """A number for JSON."""
-    return float(value) if np.isfinite(value) else None
 
 
 def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:

@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.kernels.kalman import Innovations, policy
+from bayesub.kernels.kalman import policy
 from bayesub.model.disturbance import Disturbance, Knots, correlation
 from bayesub.problem import innovations
 from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, of_history, of_process
@@ -57,18 +57,11 @@ def test_forces_at_knots_are_projections_of_the_process(kind):
     rng = np.random.default_rng(3)
     histories = np.array([process.sample(fine, rng).values[:, 0] for _ in range(n)])
     found = np.linalg.lstsq(knots.interpolation(fine), histories.T)[0][6:13]
-    factor = factor_of(kind, knots.interval, 7, time)
+    factor = innovations.factor(kind, knots.interval, 7, time)
     standard = np.linalg.solve(factor, found)
     covariance = standard @ standard.T / n
     # Standard errors of the entries are 1/sqrt(n), on the diagonal sqrt(2) times as much; 28 entries.
     assert np.abs(covariance - np.eye(7)).max() < 4.0 * np.sqrt(2.0 / n) + 0.02
-
-
-def factor_of(kind, interval, n, time, n_lags=None):
-    """(n, n) lower triangular: forces are it times white coordinates."""
-    sequences = innovations.innovations(kind, interval, n, np.array([time]), n_lags)
-    unit = Innovations(*(np.repeat(part[:, None], n, axis=0) for part in sequences))
-    return unit.forces(np.eye(n)[:, None])[:, 0].T
 
 
 def projected_covariance(kind, interval, n, time, fine=24, beyond=20):
@@ -88,11 +81,11 @@ def projected_covariance(kind, interval, n, time, fine=24, beyond=20):
 @pytest.mark.parametrize("time", [0.8, 4.0, 60.0])
 def test_the_covariance_is_that_of_the_projection(kind, time):
     """From the closed form, against sums over a process that goes on before and after; more lags change nothing."""
-    factor = factor_of(kind, 2.0, 9, time)
+    factor = innovations.factor(kind, 2.0, 9, time)
     expected = projected_covariance(kind, 2.0, 9, time)
     np.testing.assert_allclose(factor @ factor.T, expected, atol=4e-3)
-    np.testing.assert_allclose(factor_of(kind, 2.0, 9, time, 6), factor, atol=1e-9)
-    other = factor_of(kind, 2.0, 9, 1.3 * time)
+    np.testing.assert_allclose(innovations.factor(kind, 2.0, 9, time, 6), factor, atol=1e-9)
+    other = innovations.factor(kind, 2.0, 9, 1.3 * time)
     assert np.abs(other @ other.T - expected).max() > 2e-2
 
 

@@ -140,6 +140,15 @@ class Banana(Toy):
         return x, weights / weights.sum(), -(x**2) * variance / (variance + noise), 1 / (1 / variance + 1 / noise)
 
 
+class Cliff(Banana):
+    """Whose simulation fails above one."""
+
+    def residuals(self, parameters):
+        residuals = super().residuals(parameters)
+        residuals[parameters[:, 0] > 1.0] = np.nan
+        return residuals
+
+
 def second_moments(standardised):
     """Features z_i and z_i z_j - [i = j] of draws (..., n), which average zero for a standard normal."""
     n = standardised.shape[-1]
