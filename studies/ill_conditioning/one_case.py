@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.findings.coefficient_examinations import number_or_none as finite
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
-from bayesub.inference.identifiability import Cancellation, Collinearity, Contribution, Profile, Spectrum
+from bayesub.inference.identifiability import Collinearity, Profile, Spectrum
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
@@ -16,6 +16,7 @@ from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
+from ill_conditioning.contribution import Cancellation, Contribution, cancellation, contribution
 from thesis.cases import length_scale, time_scale
 
 POSITION_SD, ATTITUDE_SD, INTERVAL = 0.5, 0.1, 1.0  # m, deg, s, on suboff
@@ -132,11 +133,11 @@ def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:
     return Conditioning(
         spectrum=spectrum,
         collinearity={a: identifiability.collinearity(s, null.ranks[a].null_vectors) for a, s in systems.items()},
-        contribution=identifiability.contribution(cost, at),
+        contribution=contribution(cost, at),
         accuracy=float(np.sum(((cost.readings - fine.readings) / cost.sds) ** 2)),
         sqp_cost=sqp_cost,
         times=truth.times,
-        cancellation={axis: identifiability.cancellation(s, changes) for axis, s in systems.items()},
+        cancellation={axis: cancellation(s, changes) for axis, s in systems.items()},
         profiles=extreme_profiles(problem, spectrum, null.vectors),
         regressors=surge.matrix[:, [surge.names.index(n) for n in REGRESSORS]] if present else np.empty((0, 3)),
     )
