@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.findings.coefficient_examinations import number_or_none as finite
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
-from bayesub.inference.identifiability import Collinearity, Profile, Spectrum
+from bayesub.inference.identifiability import Profile, Spectrum
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
@@ -16,6 +16,7 @@ from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
+from ill_conditioning.collinearity import Collinearity, collinearity
 from ill_conditioning.contribution import Cancellation, Contribution, cancellation, contribution
 from thesis.cases import length_scale, time_scale
 
@@ -132,7 +133,7 @@ def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:
     present = set(REGRESSORS) <= set(surge.names)
     return Conditioning(
         spectrum=spectrum,
-        collinearity={a: identifiability.collinearity(s, null.ranks[a].null_vectors) for a, s in systems.items()},
+        collinearity={a: collinearity(s, null.ranks[a].null_vectors) for a, s in systems.items()},
         contribution=contribution(cost, at),
         accuracy=float(np.sum(((cost.readings - fine.readings) / cost.sds) ** 2)),
         sqp_cost=sqp_cost,
@@ -226,13 +227,13 @@ def names_by_axis(numbers: dict) -> dict[str, tuple[str, ...]]:
 
 def restored_collinearity(numbers: dict, arrays: dict) -> dict[str, Collinearity]:
     """Axis -> correlations of its regressors; of the condition indices there is the largest, and no proportions."""
-    collinearity = {}
+    related = {}
     for axis, names in names_by_axis(numbers).items():
         vif = np.array([numbers["vif"][name] for name in names], dtype=float)
         indices = np.array([numbers["condition_index"][axis]])
         correlation = arrays[f"correlation_{axis}"]
-        collinearity[axis] = Collinearity(axis, names, correlation, vif, indices, np.empty((0, len(names))))
-    return collinearity
+        related[axis] = Collinearity(axis, names, correlation, vif, indices, np.empty((0, len(names))))
+    return related
 
 
 def restored_cancellation(numbers: dict, arrays: dict) -> dict[str, Cancellation]:

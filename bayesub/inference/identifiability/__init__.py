@@ -3,19 +3,17 @@
 from bayesub.inference.identifiability.fisher import Spectrum, conditional_sd, fisher
 from bayesub.inference.identifiability.null_space import NullSpace, Structure, kept, null_space, structure
 from bayesub.inference.identifiability.profile import Profile, profile
-from bayesub.inference.identifiability.rank import AxisRank, Collinearity, collinearity, held_fixed, rank
+from bayesub.inference.identifiability.rank import AxisRank, held_fixed, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
 
 __all__ = [
     "AxisRank",
-    "Collinearity",
     "Identifiable",
     "InferencePrior",
     "NullSpace",
     "Profile",
     "Spectrum",
     "Structure",
-    "collinearity",
     "conditional_sd",
     "fisher",
     "held_fixed",
