@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.findings.coefficient_examinations import number_or_none as finite
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
-from bayesub.inference.identifiability import Profile, Spectrum
+from bayesub.inference.identifiability import Spectrum
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
@@ -18,6 +18,7 @@ from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
 from ill_conditioning.collinearity import Collinearity, collinearity
 from ill_conditioning.contribution import Cancellation, Contribution, cancellation, contribution
+from ill_conditioning.profile import Profile, profile
 from thesis.cases import length_scale, time_scale
 
 POSITION_SD, ATTITUDE_SD, INTERVAL = 0.5, 0.1, 1.0  # m, deg, s, on suboff
@@ -193,7 +194,7 @@ def extreme_profiles(problem: Problem, spectrum: Spectrum, null) -> dict[str, Pr
     for verdict, k in chosen.items():
         reach = min(4.0 * s.cramer_rao_sd[k], 0.75 * abs(at[k]))
         grid = at[k] + reach * np.linspace(-1.0, 1.0, N_GRID)
-        profiles[verdict] = identifiability.profile(problem, at, s.names[k], grid, null=null)
+        profiles[verdict] = profile(problem, at, s.names[k], grid, null=null)
     return profiles
 
 

@@ -2,7 +2,6 @@
 
 from bayesub.inference.identifiability.fisher import Spectrum, conditional_sd, fisher
 from bayesub.inference.identifiability.null_space import NullSpace, Structure, kept, null_space, structure
-from bayesub.inference.identifiability.profile import Profile, profile
 from bayesub.inference.identifiability.rank import AxisRank, held_fixed, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
 
@@ -11,7 +10,6 @@ __all__ = [
     "Identifiable",
     "InferencePrior",
     "NullSpace",
-    "Profile",
     "Spectrum",
     "Structure",
     "conditional_sd",
@@ -19,7 +17,6 @@ __all__ = [
     "held_fixed",
     "kept",
     "null_space",
-    "profile",
     "rank",
     "structure",
 ]

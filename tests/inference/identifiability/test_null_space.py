@@ -6,9 +6,10 @@ from scipy.linalg import subspace_angles
 from support.toys import Banana
 
 import bayesub as bs
-from bayesub.inference.identifiability import fisher, null_space, profile, rank, structure
+from bayesub.inference.identifiability import fisher, null_space, rank, structure
 from bayesub.model.coefficients import ADDED_MASSES, HORIZONTAL, NAMES
 from bayesub.model.linear_form import linear_systems, stacked
+from ill_conditioning.profile import profile
 
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=5.0, channels=("x", "y", "yaw"))
 PRIOR = bs.priors.relative_normal(0.25)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from support.toys import Banana, Linear
 
-from bayesub.inference.identifiability import fisher, profile
-from bayesub.inference.identifiability.profile import LEVEL_95
+from bayesub.inference.identifiability import fisher
 from bayesub.problem.priors import Normal
+from ill_conditioning.profile import LEVEL_95, profile
 
 N = 5
 STEPS = np.linspace(-1.0, 1.0, 9)
