@@ -19,6 +19,7 @@ from bayesub.sensors import Track, observe
 from ill_conditioning.collinearity import Collinearity, collinearity
 from ill_conditioning.contribution import Cancellation, Contribution, cancellation, contribution
 from ill_conditioning.profile import Profile, profile
+from ill_conditioning.sds import alone_sd, cramer_rao_sd, held_sd, null_part, sharper_sensors
 from thesis.cases import length_scale, time_scale
 
 POSITION_SD, ATTITUDE_SD, INTERVAL = 0.5, 0.1, 1.0  # m, deg, s, on suboff
@@ -64,12 +65,12 @@ class Conditioning:
         s = self.spectrum
         size = np.abs(s.values)
         columns = {
-            "alone": s.alone_sd / size,
-            "cramer_rao": s.cramer_rao_sd / size,
-            "null_held": s.held_sd / size,
+            "alone": alone_sd(s) / size,
+            "cramer_rao": cramer_rao_sd(s) / size,
+            "null_held": held_sd(s) / size,
             "posterior": s.posterior_sd / size,
-            "null_part": s.null_part,
-            "sharper_sensors": s.sharper_sensors(KNOWN),
+            "null_part": null_part(s),
+            "sharper_sensors": sharper_sensors(s, KNOWN),
             "cost_at_25_percent": self.contribution.costs[0],
             "cost_at_99_percent": self.contribution.costs[1],
         }
@@ -181,18 +182,19 @@ def stopped_set(problem: Problem, converged: float) -> tuple[float, dict[str, fl
 def extreme_profiles(problem: Problem, spectrum: Spectrum, null) -> dict[str, Profile]:
     """Profile likelihoods of the coefficients with the extreme verdicts."""
     s, at = spectrum, spectrum.values
-    relative = s.cramer_rao_sd / np.abs(at)
+    bound = cramer_rao_sd(s)
+    relative = bound / np.abs(at)
     unique = np.isfinite(relative)
     chosen = {
         "best known": np.argmin(relative),
-        "most imitated": np.argmax(np.where(unique, s.cramer_rao_sd / s.alone_sd, 0.0)),
+        "most imitated": np.argmax(np.where(unique, bound / alone_sd(s), 0.0)),
         "worst known": np.argmax(np.where(unique, relative, 0.0)),
     }
     if s.n_null:
-        chosen["null direction"] = np.argmax(s.null_part)
+        chosen["null direction"] = np.argmax(null_part(s))
     profiles = {}
     for verdict, k in chosen.items():
-        reach = min(4.0 * s.cramer_rao_sd[k], 0.75 * abs(at[k]))
+        reach = min(4.0 * bound[k], 0.75 * abs(at[k]))
         grid = at[k] + reach * np.linspace(-1.0, 1.0, N_GRID)
         profiles[verdict] = profile(problem, at, s.names[k], grid, null=null)
     return profiles
