@@ -1,7 +1,7 @@
 """What a manoeuvre can and cannot tell: null spaces of the linear form, and the spectrum of the Fisher information."""
 
 from bayesub.inference.identifiability.fisher import Spectrum, conditional_sd, fisher
-from bayesub.inference.identifiability.null_space import NullSpace, Structure, kept, null_space, structure
+from bayesub.inference.identifiability.null_space import NullSpace, kept, null_space
 from bayesub.inference.identifiability.rank import AxisRank, held_fixed, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
 
@@ -11,12 +11,10 @@ __all__ = [
     "InferencePrior",
     "NullSpace",
     "Spectrum",
-    "Structure",
     "conditional_sd",
     "fisher",
     "held_fixed",
     "kept",
     "null_space",
     "rank",
-    "structure",
 ]
