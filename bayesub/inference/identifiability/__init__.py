@@ -2,7 +2,7 @@
 
 from bayesub.inference.identifiability.fisher import Spectrum, conditional_sd, fisher
 from bayesub.inference.identifiability.null_space import NullSpace, kept, null_space
-from bayesub.inference.identifiability.rank import AxisRank, held_fixed, rank
+from bayesub.inference.identifiability.rank import AxisRank, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
 
 __all__ = [
@@ -13,7 +13,6 @@ __all__ = [
     "Spectrum",
     "conditional_sd",
     "fisher",
-    "held_fixed",
     "kept",
     "null_space",
     "rank",
