@@ -20,7 +20,8 @@ _STEP = 1e-4  # of differences of residuals, in x; a thousandth of a prior sd ma
 _FINE = 1e-6  # and of a log density
 _SHARE = 0.01  # of differences of gradients, in posterior sds
 _LEAST = 0.1  # information that a log likelihood is said to have at least, next to a prior's, which is one
-_STARTS = 6  # draws of the prior from which a mode is searched at most
+_DRAWN, _STARTS = 64, 4  # draws of the prior, and the best of them from which a mode is searched at most
+_FAR = 6.0  # sds of the logarithm of an sd, above which an emulator is told that it is no larger
 _SAME = 0.05  # difference of log densities that is none
 _FAILED = "not finite"
 
@@ -162,7 +163,9 @@ class LeastSquaresModel(Model):
     errors e with these standard deviations s: of n errors ``-sum(e^2) / (2 s^2) - n log s``. Beside ``e / s`` there is
     then a row ``phi(v) = sign(v) sqrt(n (exp(-2 v) - 1 + 2 v))`` with ``v = log(s / rms(e))``: with errors as they are
     at a place e0, the squares of ``e0 / s0 + (e - e0) / s`` and of phi(log(s / rms(e0))) sum to the deviance, up to
-    ``e0 (e - e0)``, which vanishes at a best fit. All these rows are nearly linear in log s.
+    ``e0 (e - e0)``, which vanishes at a best fit. All these rows are nearly linear in log s. Six posterior sds up phi
+    goes on straight and s is held: where a prior is wide, an emulator with heavy tails would follow larger and larger
+    s, with which any parameters fit.
 
     Parameters
     ----------
@@ -197,8 +200,9 @@ class LeastSquaresModel(Model):
         if sd is not None and len(self._of) != self.n_errors:
             text = f"model: sd has {len(self._of)} names for {self.n_errors} residuals; give one a row, or one for all"
             raise InputError(text, "value", "sd")
-        own = np.array([self.names.index(name) for name in self._of], dtype=int)
-        self._sds, self._row_sds = np.unique(own), own
+        self._row_sds = np.array([self.names.index(name) for name in self._of], dtype=int)
+        self._sds = np.unique(self._row_sds)
+        own = self._row_sds if self._of else np.full(self.n_errors, -1)
         self._members = (own[:, None] == self._sds).astype(float)  # (n_errors, n_sds)
         self._n = self._members.sum(axis=0)
         self._widening = 1.0
@@ -264,9 +268,13 @@ class LeastSquaresModel(Model):
             self._about = key, self._errors(np.atleast_2d(centre))
         at = self._about[1]
         with np.errstate(all="ignore"):
-            rows = at / self._scales(np.atleast_2d(centre)) + (errors - at) / self._scales(parameters)
-            residuals = np.hstack([rows, self._rows(self._offsets(at, parameters))])
-            return residuals, -0.5 * self._deviances(errors, parameters)
+            v, far = self._offsets(at, parameters), _FAR / np.sqrt(2.0 * self._n)
+            beyond = np.maximum(v - far, 0.0)
+            phi = self._rows(np.minimum(v, far))
+            phi += beyond * self._n * -np.expm1(-2.0 * far) / self._rows(far)
+            scales = self._scales(parameters) * np.exp(-beyond @ self._members.T)
+            rows = at / self._scales(np.atleast_2d(centre)) + (errors - at) / scales
+            return np.hstack([rows, phi]), -0.5 * self._deviances(errors, parameters)
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
         """(n_rows, n_params) derivatives of the residuals at parameters (n_params,)."""
@@ -350,7 +358,7 @@ class DensityModel(Model):
         """(n_params, n_params) second derivatives of minus the log likelihood by x, at parameters (n_params,)."""
         beside, _ = self._beside(self.prior.scaled(parameters), self._steps)
         after, before = np.split(self.slopes(beside), 2)
-        matrix = np.nan_to_num((after - before) / (2.0 * self._steps[:, None]))
+        matrix = _zeroed((after - before) / (2.0 * self._steps[:, None]))
         self._steps = _SHARE / np.sqrt(1.0 + np.abs(np.diag(matrix)))
         return 0.5 * (matrix + matrix.T)
 
@@ -371,14 +379,16 @@ class DensityModel(Model):
 
         def slope(t):
             parameters, x_by_t = both(t)
-            return t + np.nan_to_num(self.slopes(parameters[None])[0]) @ x_by_t
+            return t + _zeroed(self.slopes(parameters[None])[0]) @ x_by_t
 
         def curvature(t):
             parameters, x_by_t = both(t)
             return np.eye(self.n_params) + x_by_t.T @ self.information(parameters) @ x_by_t
 
-        best = None
-        for start in [np.zeros(self.n_params), *rng.standard_normal((_STARTS, self.n_params))]:
+        draws, best = rng.standard_normal((_DRAWN, self.n_params)), None
+        draws[0] = 0.0
+        costs = 0.5 * np.sum(draws**2, axis=1) - self.log_likelihood(prior.parameters(draws))
+        for start in draws[np.argsort(costs)[:_STARTS]]:
             self._steps = np.full(self.n_params, 1e-4)
             options = {"gtol": 1e-3, "maxiter": 100}
             end = optimize.minimize(cost, start, jac=slope, hess=curvature, method="trust-exact", options=options)
@@ -431,6 +441,11 @@ class DensityModel(Model):
         _, _, root, _, _ = self._at(parameters if self._about is None else self._about[0])
         by_scaled = (2.0 * root + np.linalg.solve(root.T, self.information(parameters))) / 3.0
         return self._by_parameters(by_scaled, self.prior.scaled(parameters))
+
+
+def _zeroed(derivatives) -> np.ndarray:
+    """Derivatives, zero where they are not finite."""
+    return np.where(np.isfinite(derivatives), derivatives, 0.0)
 
 
 def _joint(priors) -> Prior:
