@@ -20,9 +20,8 @@ _STEP = 1e-4  # of differences of residuals, in x; a thousandth of a prior sd ma
 _FINE = 1e-6  # and of a log density
 _SHARE = 0.01  # of differences of gradients, in posterior sds
 _LEAST = 0.1  # information that a log likelihood is said to have at least, next to a prior's, which is one
-_DRAWN, _STARTS = 64, 4  # draws of the prior, and the best of them from which a mode is searched at most
+_DRAWN, _STARTS = 512, 4  # places up to three prior sds off, and the best of them from which a mode is searched
 _FAR = 6.0  # sds of the logarithm of an sd, above which an emulator is told that it is no larger
-_SAME = 0.05  # difference of log densities that is none
 _FAILED = "not finite"
 
 Function = Callable[[np.ndarray], Any]
@@ -123,9 +122,12 @@ class Model:
         x = np.clip(x, -walls, walls)
         return self.prior.unscaled(np.concatenate([x + np.diag(steps), x - np.diag(steps)])), x
 
-    def _by_parameters(self, by_scaled: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Derivatives (n, n_params) by the parameters of those by x."""
-        return np.linalg.solve(self.prior.scaled_chain(np.eye(self.n_params), x).T, by_scaled.T).T
+    def by_parameters(self, by_scaled: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Derivatives (n, n_params) by the parameters, of those by x; not a number where x is out of any number's reach."""
+        try:
+            return np.linalg.solve(self.prior.scaled_chain(np.eye(self.n_params), x).T, by_scaled.T).T
+        except np.linalg.LinAlgError:
+            return np.full(by_scaled.shape, np.nan)
 
     def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) whose squares sum to the deviance, log likelihoods (n_batch,)."""
@@ -173,7 +175,7 @@ class LeastSquaresModel(Model):
     priors : name -> prior of one parameter: ``bs.priors.normal``, ``uniform`` or ``log_normal``, or a frozen continuous
         distribution of SciPy
     jacobian : gives (n_rows, n_params) derivatives at parameters (n_params,); by default central differences
-    sd : name of the parameter that is the sd of all errors, or a sequence of such names, one a row
+    sd : name of the parameter that is the sd of all errors, or a sequence with one a row, None where it is one
     vectorized : whether `residuals` takes (n_batch, n_params) and gives (n_batch, n_rows), which is many times as fast
 
     Raises
@@ -195,15 +197,15 @@ class LeastSquaresModel(Model):
         middle = self._middle()
         self.n_errors = np.shape(residuals(middle[None])[0] if vectorized else residuals(middle))[-1]
         self._of = () if sd is None else (sd,) * self.n_errors if isinstance(sd, str) else tuple(sd)
-        for name in self._of:
+        for name in filter(None, self._of):
             check_known(name, self.names, f"model: sd '{name}' is no parameter")
-        if sd is not None and len(self._of) != self.n_errors:
+        if self._of and len(self._of) != self.n_errors:
             text = f"model: sd has {len(self._of)} names for {self.n_errors} residuals; give one a row, or one for all"
             raise InputError(text, "value", "sd")
-        self._row_sds = np.array([self.names.index(name) for name in self._of], dtype=int)
-        self._sds = np.unique(self._row_sds)
-        own = self._row_sds if self._of else np.full(self.n_errors, -1)
-        self._members = (own[:, None] == self._sds).astype(float)  # (n_errors, n_sds)
+        rows = [self.names.index(name) if name else -1 for name in self._of or (None,) * self.n_errors]
+        self._sds = np.unique([k for k in rows if k >= 0]).astype(int)
+        self._members = (np.array(rows)[:, None] == self._sds).astype(float)  # (n_errors, n_sds)
+        self._known = 1.0 - self._members.sum(axis=1)  # (n_errors,) one where errors are standard already
         self._n = self._members.sum(axis=0)
         self._widening = 1.0
         self._about: tuple[bytes, np.ndarray] | None = None
@@ -218,10 +220,8 @@ class LeastSquaresModel(Model):
         return self._counted(self._values(self._residuals, parameters, self.n_errors))
 
     def _scales(self, parameters) -> np.ndarray:
-        """(n_batch, n_errors) sds, or one of all."""
-        if not self._of:
-            return np.array([[self._widening]])
-        sds = self._widening * parameters[:, self._row_sds]
+        """(n_batch, n_errors) sds."""
+        sds = self._widening * (parameters[:, self._sds] @ self._members.T + self._known)
         return np.where(sds > 0.0, sds, np.nan)
 
     def _offsets(self, errors, parameters) -> np.ndarray:
@@ -262,7 +262,7 @@ class LeastSquaresModel(Model):
         """Residuals (n_batch, n_rows) whose squares sum to the deviance near `centre`; log likelihoods (n_batch,)."""
         parameters = np.atleast_2d(parameters)
         errors, key = self._errors(parameters), np.asarray(centre).tobytes()
-        if not self._of:
+        if not len(self._sds):
             return errors / self._widening, -0.5 * self._deviances(errors, parameters)
         if self._about is None or self._about[0] != key:
             self._about = key, self._errors(np.atleast_2d(centre))
@@ -284,14 +284,14 @@ class LeastSquaresModel(Model):
             steps = np.full(self.n_params, _STEP)
             beside, x = self._beside(self.prior.scaled(parameters), steps)
             after, before = np.split(self._values(self._residuals, beside, self.n_errors), 2)
-            by_errors = self._by_parameters((after - before).T / (2.0 * steps), x)
+            by_errors = self.by_parameters((after - before).T / (2.0 * steps), x)
         else:
             with self.costs.timed():
                 by_errors = np.asarray(self._jacobian(parameters), dtype=float)
             if by_errors.shape != (self.n_errors, self.n_params):
                 wanted = f"expected {(self.n_errors, self.n_params)}, residuals by parameters"
                 raise InputError(f"model: jacobian gave {by_errors.shape}, {wanted}", "value", "jacobian")
-        if not self._of:
+        if not len(self._sds):
             return by_errors / self._widening
         members = parameters[None]
         v = self._offsets(self._errors(members), members)[0]
@@ -352,18 +352,20 @@ class DensityModel(Model):
         steps = np.full(self.n_params, _FINE)
         beside = np.concatenate([self._beside(member, steps)[0] for member in x])
         values = self.log_likelihood(beside).reshape(len(x), 2, self.n_params)
-        return (values[:, 1] - values[:, 0]) / (2.0 * steps)
+        with np.errstate(invalid="ignore"):
+            return (values[:, 1] - values[:, 0]) / (2.0 * steps)
 
     def information(self, parameters: np.ndarray) -> np.ndarray:
         """(n_params, n_params) second derivatives of minus the log likelihood by x, at parameters (n_params,)."""
         beside, _ = self._beside(self.prior.scaled(parameters), self._steps)
         after, before = np.split(self.slopes(beside), 2)
-        matrix = _zeroed((after - before) / (2.0 * self._steps[:, None]))
+        with np.errstate(invalid="ignore"):
+            matrix = _zeroed((after - before) / (2.0 * self._steps[:, None]))
         self._steps = _SHARE / np.sqrt(1.0 + np.abs(np.diag(matrix)))
         return 0.5 * (matrix + matrix.T)
 
     def posterior_mode(self, rng: np.random.Generator) -> np.ndarray:
-        """(n_params,) the mode in t: the best of the searches from the prior until two have ended there."""
+        """(n_params,) the mode in t: the best of some searches from the most likely of many places."""
         from scipy import optimize
 
         prior = self.prior
@@ -385,17 +387,14 @@ class DensityModel(Model):
             parameters, x_by_t = both(t)
             return np.eye(self.n_params) + x_by_t.T @ self.information(parameters) @ x_by_t
 
-        draws, best = rng.standard_normal((_DRAWN, self.n_params)), None
-        draws[0] = 0.0
+        draws = np.linspace(0.0, 3.0, _DRAWN)[:, None] * rng.standard_normal((_DRAWN, self.n_params))
         costs = 0.5 * np.sum(draws**2, axis=1) - self.log_likelihood(prior.parameters(draws))
+        ends = []
         for start in draws[np.argsort(costs)[:_STARTS]]:
             self._steps = np.full(self.n_params, 1e-4)
             options = {"gtol": 1e-3, "maxiter": 100}
-            end = optimize.minimize(cost, start, jac=slope, hess=curvature, method="trust-exact", options=options)
-            if best is not None and abs(end.fun - best.fun) < _SAME:
-                break
-            best = end if best is None or end.fun < best.fun else best
-        assert best is not None
+            ends.append(optimize.minimize(cost, start, jac=slope, hess=curvature, method="trust-exact", options=options))
+        best = min(ends, key=lambda end: end.fun)
         if not best.fun < 1e99:
             text = "the log likelihood is finite nowhere that a search from the prior came to; narrow the prior"
             raise InputError(text, "model", "prior")
@@ -420,7 +419,9 @@ class DensityModel(Model):
         distance = (self.prior.scaled(parameters) - x0) @ root.T + at
         log_likelihoods = self.log_likelihood(parameters)
         with np.errstate(all="ignore"):
-            rows = (2.0 * distance + np.linalg.solve(root.T, self.slopes(parameters).T).T) / 3.0
+            bend = np.linalg.solve(root.T, self.slopes(parameters).T).T - distance
+            longest = 1.0 + np.linalg.norm(distance, axis=1)  # where slopes explode they say nothing
+            rows = distance + bend / 3.0 / np.maximum(1.0, np.linalg.norm(bend, axis=1) / longest)[:, None]
             deviances = np.maximum(2.0 * (level - log_likelihoods) + at @ at, 0.0)
             squares = np.sum(rows**2, axis=1)
             longer = np.clip(np.sqrt(deviances / np.maximum(squares, 1e-12)), 0.5, 2.0)
@@ -440,7 +441,7 @@ class DensityModel(Model):
         parameters = np.asarray(parameters, dtype=float)
         _, _, root, _, _ = self._at(parameters if self._about is None else self._about[0])
         by_scaled = (2.0 * root + np.linalg.solve(root.T, self.information(parameters))) / 3.0
-        return self._by_parameters(by_scaled, self.prior.scaled(parameters))
+        return self.by_parameters(by_scaled, self.prior.scaled(parameters))
 
 
 def _zeroed(derivatives) -> np.ndarray:

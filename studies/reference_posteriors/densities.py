@@ -279,19 +279,28 @@ def lotka_volterra(d: SimpleNamespace) -> Reference:
 
 
 def one_compartment(d: SimpleNamespace) -> Reference:
-    """A dose that is absorbed and eliminated."""
+    """A dose that is absorbed and eliminated; ``c = V_m / (K_m + 10)``, the rate at 10 mg/L, is what readings tell.
+
+    With a prior of log c that is flat where c is, the prior of V_m is a factor ``V_m / (1 + V_m^2)``, or minus half the
+    square of the last row, which is smooth.
+    """
 
     def errors(p):
-        k_a, k_m, v_m, _ = p.T
+        k_a, k_m, rate, _ = p.T
+        v_m = rate * (k_m + 10.0)
 
-        def rate(t, c):
+        def slope(t, c):
             return np.exp(-k_a * t) * d.D * k_a / d.V - v_m / d.V * c / (k_m + c)
 
-        c = runge_kutta(rate, np.zeros(len(p)), d.times).T
-        return np.log(np.where(c > 0.0, c, np.nan)) - np.log(d.C_hat)
+        c = runge_kutta(slope, np.zeros(len(p)), d.times).T
+        log_v = np.log(v_m)
+        row = np.sign(log_v) * np.sqrt(2.0 * (np.logaddexp(log_v, -log_v) - np.log(2.0)))
+        return np.column_stack([np.log(np.where(c > 0.0, c, np.nan)) - np.log(d.C_hat), row])
 
-    priors = dict.fromkeys(("k_a", "K_m", "V_m", "sigma"), stats.halfcauchy(scale=1.0))
-    return Reference(bs.LeastSquaresModel(errors, priors, sd="sigma", vectorized=True))
+    priors = dict.fromkeys(("k_a", "K_m", "rate", "sigma"), stats.halfcauchy(scale=1.0))
+    priors["rate"] = bs.priors.log_normal(0.08, 10.0)
+    model = bs.LeastSquaresModel(errors, priors, sd=["sigma"] * len(d.times) + [None], vectorized=True)
+    return Reference(model, lambda p: np.column_stack([p[:, :2], p[:, 2] * (p[:, 1] + 10.0), p[:, 3]]))
 
 
 def two_normals(d: SimpleNamespace) -> Reference:
