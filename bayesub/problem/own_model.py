@@ -104,9 +104,9 @@ class Model:
             raise InputError(f"{text}; see bayesub manual own-model", "value", name) from None
         wanted = (len(parameters), n) if n else (len(parameters),)
         if values.shape != wanted:
-            of = f"for parameters {parameters.shape}" if self.vectorized else "for one parameter vector after another"
-            text = f"model: {name} gave {values.shape} {of}, expected {wanted}"
-            raise InputError(f"{text}; vectorized=True is for functions that take a batch", "value", name)
+            k = 0 if self.vectorized else 1
+            text = f"model: {name} gave {values.shape[k:]} of parameters {parameters.shape[k:]}, expected {wanted[k:]}"
+            raise InputError(f"{text}; a function that takes a batch needs vectorized=True", "value", name)
         return values
 
     def _counted(self, values: np.ndarray) -> np.ndarray:
@@ -123,7 +123,7 @@ class Model:
         return self.prior.unscaled(np.concatenate([x + np.diag(steps), x - np.diag(steps)])), x
 
     def by_parameters(self, by_scaled: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Derivatives (n, n_params) by the parameters, of those by x; not a number where x is out of any number's reach."""
+        """Derivatives (n, n_params) by the parameters, of those by x; not a number where x is out of reach."""
         try:
             return np.linalg.solve(self.prior.scaled_chain(np.eye(self.n_params), x).T, by_scaled.T).T
         except np.linalg.LinAlgError:
@@ -195,7 +195,9 @@ class LeastSquaresModel(Model):
         super().__init__(priors, vectorized)
         self._residuals, self._jacobian = residuals, jacobian
         middle = self._middle()
-        self.n_errors = np.shape(residuals(middle[None])[0] if vectorized else residuals(middle))[-1]
+        pair = np.stack([middle, middle])
+        self.n_errors = (0, *np.shape(residuals(pair) if vectorized else residuals(middle)))[-1]
+        self._values(residuals, pair, self.n_errors)
         self._of = () if sd is None else (sd,) * self.n_errors if isinstance(sd, str) else tuple(sd)
         for name in filter(None, self._of):
             check_known(name, self.names, f"model: sd '{name}' is no parameter")
@@ -209,6 +211,8 @@ class LeastSquaresModel(Model):
         self._n = self._members.sum(axis=0)
         self._widening = 1.0
         self._about: tuple[bytes, np.ndarray] | None = None
+        self.jacobian(middle)  # refuses one of another shape
+        self.costs = Costs(failures={_FAILED: 0})
 
     def widened(self, scale: float) -> Self:
         """The model with errors of sds that are `scale` times as large."""
@@ -334,7 +338,10 @@ class DensityModel(Model):
     ):
         super().__init__(priors, vectorized)
         self._density, self._gradient = log_likelihood, gradient
-        self._values(log_likelihood, self._middle()[None], 0)
+        pair = np.stack([self._middle()] * 2)
+        self._values(log_likelihood, pair, 0)
+        if gradient is not None:
+            self._values(gradient, pair, self.n_params)
         self._steps = np.full(self.n_params, 1e-4)  # of differences of gradients, in x
         self._about: tuple[np.ndarray, ...] | None = None
 
@@ -393,7 +400,9 @@ class DensityModel(Model):
         for start in draws[np.argsort(costs)[:_STARTS]]:
             self._steps = np.full(self.n_params, 1e-4)
             options = {"gtol": 1e-3, "maxiter": 100}
-            ends.append(optimize.minimize(cost, start, jac=slope, hess=curvature, method="trust-exact", options=options))
+            ends.append(
+                optimize.minimize(cost, start, jac=slope, hess=curvature, method="trust-exact", options=options)
+            )
         best = min(ends, key=lambda end: end.fun)
         if not best.fun < 1e99:
             text = "the log likelihood is finite nowhere that a search from the prior came to; narrow the prior"
@@ -452,7 +461,9 @@ def _zeroed(derivatives) -> np.ndarray:
 def _joint(priors) -> Prior:
     """The prior of all parameters, the normal ones as one part."""
     if not isinstance(priors, Mapping) or not priors:
-        raise InputError("model: priors must be a mapping of names to priors, of one parameter at least", "missing", "priors")
+        raise InputError(
+            "model: priors must be a mapping of names to priors, of one parameter at least", "missing", "priors"
+        )
     parts: list[Prior] = []
     for name, given in priors.items():
         of_scipy = all(hasattr(given, method) for method in ("ppf", "isf", "cdf", "sf", "logpdf", "std"))

@@ -40,7 +40,9 @@ def data_of(posterior: str, folder: Path | None) -> SimpleNamespace | None:
             content = json.loads(archive.read(f"{name}.json"))
     if content is None:
         return None
-    return SimpleNamespace(**{key: np.array(v, dtype=float) if isinstance(v, list) else v for key, v in content.items()})
+    return SimpleNamespace(
+        **{key: np.array(v, dtype=float) if isinstance(v, list) else v for key, v in content.items()}
+    )
 
 
 def pose(posterior: str, data: SimpleNamespace) -> Reference:
@@ -208,7 +210,8 @@ def eight_schools(d: SimpleNamespace) -> Reference:
 
 def _squared_exponential(d, rho, alpha):
     distances = (d.x[:, None] - d.x) ** 2
-    return alpha[:, None, None] ** 2 * np.exp(-0.5 * distances / rho[:, None, None] ** 2)
+    rho, alpha = (np.clip(value, 1e-9, 1e9)[:, None, None] for value in (rho, alpha))  # where trajectories diverge
+    return alpha**2 * np.exp(-0.5 * distances / rho**2)
 
 
 GP_PRIORS = {"rho": stats.gamma(25.0, scale=0.25), "alpha": stats.halfnorm(scale=2.0)}
@@ -218,21 +221,20 @@ def gp_regr(d: SimpleNamespace) -> Reference:
     """A Gaussian process with noise of variance sigma, integrated out."""
 
     def log_likelihood(p):
-        covariance = _squared_exponential(d, *p.T[:2]) + p[:, 2, None, None] * np.eye(d.N)
-        squares = d.y @ np.linalg.solve(covariance, np.broadcast_to(d.y[:, None], (len(p), d.N, 1)))
-        return -0.5 * squares[:, 0] - 0.5 * np.linalg.slogdet(covariance)[1]
+        values, vectors = np.linalg.eigh(_squared_exponential(d, *p.T[:2]))
+        variances = np.maximum(values, 0.0) + p[:, 2:]  # in which no rounding makes a negative one
+        return -0.5 * np.sum((d.y @ vectors) ** 2 / variances + np.log(variances), axis=1)
 
-    return Reference(
-        bs.DensityModel(log_likelihood, GP_PRIORS | {"sigma": stats.halfnorm(scale=1.0)}, vectorized=True)
-    )
+    return Reference(bs.DensityModel(log_likelihood, GP_PRIORS | {"sigma": stats.halfnorm(scale=1.0)}, vectorized=True))
 
 
 def gp_pois_regr(d: SimpleNamespace) -> Reference:
     """Counts of a Gaussian process, by deviance residuals; any root of the covariance gives the same process."""
 
     def process(p):
-        covariance = _squared_exponential(d, *p.T[:2]) + 1e-10 * np.eye(d.N)
-        return (np.linalg.cholesky(covariance) @ p[:, 2:, None])[..., 0]
+        values, vectors = np.linalg.eigh(_squared_exponential(d, *p.T[:2]))
+        roots = np.sqrt(np.maximum(values, 0.0) + 1e-10)[:, :, None]
+        return (vectors @ (roots * (vectors.transpose(0, 2, 1) @ p[:, 2:, None])))[..., 0]
 
     def residuals(p):
         f = process(p)
@@ -329,8 +331,8 @@ def hidden_states(emissions: Callable, priors: dict, alpha: np.ndarray, ordered:
 
     def log_likelihood(p):
         ascending = np.all([p[:, k] < p[:, k + 1] for k in ordered], axis=0)
-        stays, changes = np.log(p[:, :2].T)
-        leaves, holds = np.log1p(-p[:, :2].T)
+        chances = np.clip(p[:, :2].T, 1e-300, 1.0 - 1e-16)
+        (stays, changes), (leaves, holds) = np.log(chances), np.log1p(-chances)
         of_states, *others = emissions(p[:, 2:])
         for now in others:
             first, second = of_states.T
@@ -338,11 +340,9 @@ def hidden_states(emissions: Callable, priors: dict, alpha: np.ndarray, ordered:
             of_states = np.stack(moved, axis=1) + now
         return np.where(ascending, np.logaddexp(*of_states.T), -np.inf)
 
-    chances = {f"theta{k + 1}[1]": stats.beta(*alpha[k]) for k in range(2)}
-    model = bs.DensityModel(log_likelihood, chances | priors, vectorized=True)
-    return Reference(
-        model, lambda p: np.column_stack([p[:, 0], 1.0 - p[:, 0], p[:, 1], 1.0 - p[:, 1], p[:, 2:]])
-    )
+    of_chances = {f"theta{k + 1}[1]": stats.beta(*alpha[k]) for k in range(2)}
+    model = bs.DensityModel(log_likelihood, of_chances | priors, vectorized=True)
+    return Reference(model, lambda p: np.column_stack([p[:, 0], 1.0 - p[:, 0], p[:, 1], 1.0 - p[:, 1], p[:, 2:]]))
 
 
 def _normal_logs(y, means, sd):
@@ -360,7 +360,7 @@ def drive_0(d: SimpleNamespace) -> Reference:
     """Exponential readings of two kinds."""
 
     def emissions(p):
-        pairs = ((d.u, p[:, :2]), (d.v, p[:, 2:]))
+        pairs = ((d.u, np.maximum(p[:, :2], 1e-300)), (d.v, np.maximum(p[:, 2:], 1e-300)))
         return sum(np.log(rates) - y[:, None, None] * rates for y, rates in pairs)
 
     of_each = stats.halfnorm(scale=1.0), stats.truncnorm(-3.0, np.inf, 3.0, 1.0)
