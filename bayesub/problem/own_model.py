@@ -21,7 +21,7 @@ _FINE = 1e-6  # and of a log density
 _SHARE = 0.01  # of differences of gradients, in posterior sds
 _LEAST = 0.1  # information that a log likelihood is said to have at least, next to a prior's, which is one
 _DRAWN, _STARTS = 512, 4  # places up to three prior sds off, and the best of them from which a mode is searched
-_FAR = 6.0  # sds of the logarithm of an sd, above which an emulator is told that it is no larger
+_FAR = 6.0  # sds of the logarithm of an sd, above which an emulator takes it for no larger
 _FAILED = "not finite"
 
 Function = Callable[[np.ndarray], Any]
