@@ -261,6 +261,14 @@ class Sampled(Emulated, Protocol):
 
 
 @runtime_checkable
+class Modal(Protocol):
+    """A problem that finds its own mode, because its residuals are made about it."""
+
+    def posterior_mode(self, rng: np.random.Generator) -> np.ndarray:
+        """(n_params,) the mode in t; `rng` is the source of starts."""
+
+
+@runtime_checkable
 class Forced(Sampled, Protocol):
     """What searches and a sampler need besides where a problem has histories."""
 
