@@ -40,7 +40,9 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
             log_map = read_map(map_file, kind).model_copy(update={"columns": {}}) if map_file else log_map
         except InputError as error:  # the list helps to write a map that is right
             faults = [str(error)]
-        log = readers.read(kind, files, log_map, is_listed=True)
+        with Bars(LONG_S) as bars:
+            bars.stage(f"read {files[0].name}")
+            log = readers.read(kind, files, log_map, is_listed=True, progress=bars)
         for line in (*signal_lines(log), *(f"  note: {fault}" for fault in faults)):
             say(line)
         return
@@ -57,11 +59,11 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     log_map = read_map(map_file, kind)
     with Bars(LONG_S) as bars:
         bars.stage(f"read {files[0].name}")
-        log = readers.read(kind, files, log_map)
+        log = readers.read(kind, files, log_map, progress=bars)
         bars.stage("make the columns")
         result = conversion.convert(log, log_map, map_file)
         bars.stage(f"write {output.name}")
-        result.save(output)
+        result.save(output, bars)
     say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
     for line in column_lines(result):
         say(line)

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayesub.io.units import DEGREE, TURN
 from bayesub.logs.log_files import ACCELERATIONS, FIXES, PRESSURES, si_factor, stands_for_missing
-from bayesub.logs.series import ANGLES, GAP, HEADINGS, Finding, Series, series
+from bayesub.logs.series import ANGLES, GAP, HEADINGS, MOST, Finding, Series, series
 
 UNSORTED = 3  # steps back beyond which rows are out of order rather than a clock set back
 ROUNDED = 0.05  # share of rows that repeat a stamp, beyond which stamps have too few digits
@@ -159,6 +159,9 @@ def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict
 
     if len(values) < 2 * OUTLIERS:
         return {}
+    if len(values) > 50 * MOST:  # a part after the other
+        halves = {mark for half in np.array_split(values, 2) for mark in marks(half, turn, usual=usual)}
+        return {mark: int(np.count_nonzero(values == mark)) for mark in sorted(halves)}
     steps = np.diff(values)
     moves = np.flatnonzero(steps)
     numbers, which = np.unique(values[np.append(moves, len(values) - 1)], return_inverse=True)
@@ -204,8 +207,9 @@ def check_mixed(log: dict[str, np.ndarray], headers: dict[str, str]) -> list[Fin
     found = []
     for name in (name for name in PLACES if name in log):
         values = log[name][np.isfinite(log[name])]
-        values = np.unwrap(values) if name in ANGLES else values
-        pieces = values[: len(values) // ROWS * ROWS].reshape(-1, ROWS)
+        values = values[: len(values) // ROWS * ROWS].reshape(-1, ROWS)
+        values = values[:: 1 + len(values) // MOST]
+        pieces = np.unwrap(values, axis=1) if name in ANGLES else values
         order, extent = np.argsort(pieces, axis=1), np.ptp(pieces, axis=1)
         gaps = np.diff(np.take_along_axis(pieces, order, axis=1), axis=1)
         between = gaps > BETWEEN * extent[:, None]

@@ -9,6 +9,7 @@ import numpy as np
 
 from bayesub.io import units
 from bayesub.io.errors import InputError, nearest
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs import log_files
 from bayesub.logs.columns import marks
 from bayesub.logs.log_map import ColumnSection, LogMap
@@ -43,11 +44,11 @@ class Conversion:
     sources: dict[str, str]  # column -> signal
     remarks: tuple[str, ...]  # what was left out, column by column
 
-    def save(self, path: Path) -> None:
+    def save(self, path: Path, progress: Progress = SILENT) -> None:
         """Write the log as CSV (:func:`bayesub.logs.log_files.write_log`)."""
         shorts = {name: log_files.COLUMNS.get(name, (name,))[0] for name in self.columns}
         cells = {shorts[name]: values * log_files.si_factor(name) for name, values in self.columns.items()}
-        log_files.write_log(path, {"time": self.times} | cells)
+        log_files.write_log(path, {"time": self.times} | cells, progress)
 
 
 def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
@@ -84,10 +85,14 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
     late, early = max(columns, key=lambda name: columns[name].times[0]), min(ends, key=lambda name: ends[name])
     if columns[late].times[0] > ends[early]:
-        message = f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early]:.6g} s and "
-        message += f"'{late}' begins {columns[late].times[0]:.6g} s after {zero:.12g}; are their clocks different? "
+        message = (
+            f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early] - zero:.6g} s and "
+        )
+        message += (
+            f"'{late}' begins {columns[late].times[0] - zero:.6g} s after {zero:.12g}; are their clocks different? "
+        )
         raise InputError(message + "delay_s of a column shifts it, [time.tables.NAME] names another", "conflict", late)
-    times, cells = _rows(columns)
+    times, cells = _rows(columns, zero)
     sources = {name: column.section.signal for name, column in columns.items()}
     remarks = tuple(f"{name}: {remark}" for name, column in columns.items() for remark in column.remarks)
     return Conversion(zero, times, cells, sources, remarks)
@@ -110,18 +115,20 @@ def _few(signals: Iterable[str]) -> str:
 def _column(name: str, section: ColumnSection, signal: Signal, where: str, path: Path) -> Column:
     """The readings of a column: finite numbers by ascending time without repeated stamps, in the unit of the column."""
     remarks = []
-    times, values = signal.times - section.delay_s, signal.values
+    times, values = signal.times - section.delay_s if section.delay_s else signal.times, signal.values
     usable = np.isfinite(times) & np.isfinite(values)
     if n := np.count_nonzero(~usable):
         remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not numbers and left out")
     if section.valid is not None or section.missing:
         least, most = section.valid or (-np.inf, np.inf)
         inside = (values >= least) & (values <= most)
-        inside &= ~np.isclose(values[:, None], section.missing, rtol=1e-6, atol=0.0).any(axis=1)
+        for mark in section.missing:
+            inside &= ~np.isclose(values, mark, rtol=1e-6, atol=0.0)
         if n := np.count_nonzero(usable & ~inside):
             remarks.append(f"{n} of {len(values)} values of '{section.signal}' are not valid and left out")
         usable &= inside
-    times, values = times[usable], values[usable]
+    if not usable.all():
+        times, values = times[usable], values[usable]
     if not len(times):
         message = f"{where}'{section.signal}' of {path} has no readings: its values are not numbers or not valid"
         raise InputError(message, "data", f"columns.{name}")
@@ -137,12 +144,12 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         raise InputError(message, "data", section.signal)
     if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
-    order = np.argsort(times, kind="stable")
-    times, values = times[order], values[order]
-    new = np.append(True, np.diff(times) >= TICK_S)
-    if not new.all():
-        remarks.append(f"{np.count_nonzero(~new)} stamps of '{section.signal}' are repeated; the first reading counts")
-    times, values = times[new], values[new]
+        order = np.argsort(times, kind="stable")
+        times, values = times[order], values[order]
+    new = np.diff(times, prepend=-np.inf) >= TICK_S
+    if n := np.count_nonzero(~new):
+        remarks.append(f"{n} stamps of '{section.signal}' are repeated; the first reading counts")
+        times, values = times[new], values[new]
     if section.interval_s is not None:
         _, first = np.unique(np.floor((times - times[0]) / section.interval_s + 1e-6), return_index=True)
         times, values = times[first], values[first]
@@ -173,8 +180,8 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
             message += f"{value:g}; add a point, or say with valid what is no reading"
             raise InputError(message, "conflict", f"columns.{name}.points")
         values = np.interp(values, inputs, outputs)
-    else:
-        values = (values - section.zero) * (1.0 if section.factor is None else section.factor)
+    elif section.zero or section.factor:
+        values = (values - section.zero) * (section.factor or 1.0)
     has_rule = section.points is not None or section.factor is not None
     unit = section.unit or ("" if has_rule else unit)
     if target and not unit and not has_rule:
@@ -184,19 +191,20 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
         raise InputError(message + "factor", "missing", f"columns.{name}.unit")
     if unit and target:
         try:
-            values = values * units.factor(unit, target, section.water_density_kgm3)
+            factor = units.factor(unit, target, section.water_density_kgm3)
+            values = values if factor == 1.0 else values * factor
         except InputError as error:
             raise InputError(f"{where}{error}", error.kind, f"columns.{name}.{error.key}") from None
-    values = section.sign * values + section.offset
+    if section.sign < 0 or section.offset:
+        values = section.sign * values + section.offset
     return np.mod(values, 360.0) if section.wrap else values
 
 
 def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path, path: Path) -> Column:
     """The column between start and end of the map; an order that is held begins with the last one before."""
-    time = log_map.time
-    start = -np.inf if time.start_s is None else time.start_s
-    end = np.inf if time.end_s is None else time.end_s
-    times = column.times - zero
+    time, times = log_map.time, column.times
+    start = -np.inf if time.start_s is None else zero + time.start_s
+    end = np.inf if time.end_s is None else zero + time.end_s
     first, last = np.searchsorted(times, start, "left"), np.searchsorted(times, end, "right")
     if column.section.held and 0 < first <= len(times) and (first == len(times) or times[first] > start):
         first -= 1
@@ -205,31 +213,34 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
         message = (
             f"{source}: section 'time': no reading of '{name}' from {path} lies between start_s and end_s; it has "
         )
-        message += f"{times[0]:.6g} to {times[-1]:.6g} s after the zero {zero:.12g}"
+        message += f"{times[0] - zero:.6g} to {times[-1] - zero:.6g} s after the zero {zero:.12g}"
         raise InputError(message, "data", "time")
     return replace(column, times=times[first:last], values=column.values[first:last])
 
 
-def _rows(columns: dict[str, Column]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Rows at all times of all columns, with cells where a column has a reading."""
-    instants = {name: np.round(column.times / TICK_S) for name, column in columns.items()}
-    befores = []
-    for name, column in columns.items():
+def _rows(columns: dict[str, Column], zero: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Rows at all times of all columns, in s from zero, with cells where a column has a reading."""
+    rows, befores = np.zeros(0), []
+    for column in columns.values():
+        instants = np.round((column.times - zero) / TICK_S)
+        rows = rows if np.array_equal(rows, instants) else np.union1d(rows, instants)
         if column.section.held:  # the last moment of the order before
             changes = np.flatnonzero(np.diff(column.values)) + 1
-            gaps = np.diff(instants[name])[changes - 1]
-            befores.append(instants[name][changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
-    rows = np.unique(np.concatenate([*instants.values(), *befores]))
-    if any(column.section.held for column in columns.values()):
-        repeat = round(REPEAT_S / TICK_S)
+            gaps = np.diff(instants)[changes - 1]
+            befores.append(instants[changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
+    if befores:
+        rows, repeat = np.union1d(rows, np.concatenate(befores)), round(REPEAT_S / TICK_S)
         pauses = np.flatnonzero(np.diff(rows) > repeat)
         rows = np.unique(np.concatenate([rows, *(np.arange(rows[k], rows[k + 1], repeat) for k in pauses)]))
     cells = {}
     for name, column in columns.items():
-        cells[name] = np.full(len(rows), np.nan)
+        instants = np.round((column.times - zero) / TICK_S)
         if column.section.held:
-            latest = np.searchsorted(instants[name], rows, "right") - 1
+            latest = np.searchsorted(instants, rows, "right") - 1
             cells[name] = np.where(latest < 0, np.nan, column.values[latest])
+        elif np.array_equal(rows, instants):
+            cells[name] = column.values
         else:
-            cells[name][np.searchsorted(rows, instants[name])] = column.values
+            cells[name] = np.full(len(rows), np.nan)
+            cells[name][np.searchsorted(rows, instants)] = column.values
     return rows * TICK_S, cells

@@ -14,7 +14,9 @@ Latitude and longitude become ``x y``, and pressure becomes ``depth``.
 An empty cell is a missing reading (not a number).
 """
 
+import gzip
 import warnings
+from array import array
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError, nearest
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.io.units import DEGREE, KNOT
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
@@ -105,22 +108,22 @@ def read_log(
     """
     path = Path(path)
     columns, names = _columns(controls), headers(path, controls)
-    rows, line = _numbers(path, names)
-    least, most = np.transpose([possible(name, columns, weight_density) for name in names])
-    for row, column in np.argwhere((rows < least) | (rows > most))[:1]:
-        name, value = names[column], rows[row, column]
-        excess = f"{value:g} is beyond {(most if value > 0 else least)[column]:.4g}, which no boat is"
-        remedy = "check the unit, or empty the cell"
-        if stands_for_missing(np.array([value]))[0]:
-            remedy = (
-                f"empty it if it stands for no reading (in a map missing = [{value:.12g}] leaves out all such cells)"
-            )
-        raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
-    log = {columns[name][0]: values * columns[name][1] for name, values in zip(names, rows.T, strict=True)}
+    cells, line = _numbers(path, names)
+    log = {}
+    for name in names:
+        values, (least, most) = np.frombuffer(cells.pop(name)), possible(name, columns, weight_density)
+        for row in np.flatnonzero((values < least) | (values > most))[:1]:
+            excess = f"{values[row]:g} is beyond {most if values[row] > 0 else least:.4g}, which no boat is"
+            remedy = "check the unit, or empty the cell"
+            if stands_for_missing(values[row : row + 1])[0]:
+                remedy = "empty it if it stands for no reading (in a map missing = "
+                remedy += f"[{values[row]:.12g}] leaves out all such cells)"
+            raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
+        log[columns[name][0]] = values * columns[name][1]
     if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
         log["depth"] = log["depth"] / weight_density
     if any(name in FIXES for name in names):
-        log["x"], log["y"] = _positions_of_fixes(path, names, rows, line)
+        log["x"], log["y"] = _positions_of_fixes(path, names, log, line)
     times = log["time"]
     if not np.isfinite(times).all():
         raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
@@ -192,22 +195,28 @@ def possible(
     return max(-size, least / factor), min(size, most / factor)
 
 
-def _numbers(path: Path, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """The rows (n, n_columns) of a file, blank ones left out, and the lines (n,) where they stand."""
+def _numbers(path: Path, names: list[str]) -> tuple[dict[str, array], np.ndarray]:
+    """Column -> the n cells of a file, blank rows left out, and the lines (n,) where they stand."""
     import pandas as pd
 
-    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False}
+    options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False, "chunksize": CHUNK}
     options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
+    cells, lines = {name: array("d") for name in names}, array("I")  # they grow in place
     try:
         with toml_files.reading(path), warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             try:
-                rows = pd.read_csv(path, dtype=float, **options).to_numpy()
+                with pd.read_csv(path, dtype=float, **options) as tables:
+                    for rows in tables:
+                        filled = rows.notna().any(axis=1)
+                        lines.frombytes((rows.index[filled].to_numpy(np.uint32) + 2).tobytes())
+                        for name in names:
+                            cells[name].frombytes(rows[name][filled].to_numpy().tobytes())
             except (pd.errors.ParserError, UnicodeDecodeError):
                 raise
             except ValueError:
-                rows = None
-            if rows is None or np.isinf(rows).any():
+                cells = {}
+            if not cells or any(np.isinf(values).any() for values in cells.values()):
                 raise _not_a_number(path, options)
     except pd.errors.ParserWarning:
         message = f"{path}: line 2: has more cells than there are columns; write decimal points"
@@ -215,17 +224,16 @@ def _numbers(path: Path, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
     except pd.errors.ParserError as error:
         reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
         raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
-    filled = ~np.isnan(rows).all(axis=1)
-    if not filled.any():
+    if not lines:
         raise InputError(f"{path}: has a header but no rows", "data")
-    return rows[filled], np.flatnonzero(filled) + 2
+    return cells, np.frombuffer(lines, dtype=np.uint32)
 
 
 def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
     """The error that names the first cell that is neither empty nor a finite number."""
     import pandas as pd
 
-    with pd.read_csv(path, dtype=str, chunksize=CHUNK, **options) as tables:
+    with pd.read_csv(path, dtype=str, **options) as tables:
         for table in tables:
             numbers = table.apply(pd.to_numeric, errors="coerce").to_numpy(dtype=float)
             wrong = np.argwhere(table.notna().to_numpy() & ~np.isfinite(numbers))
@@ -243,17 +251,17 @@ def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
 
 
 def _positions_of_fixes(
-    path: Path, names: list[str], rows: np.ndarray, line: np.ndarray
+    path: Path, names: list[str], log: dict[str, np.ndarray], line: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """x and y (n,) each of fixes on the ellipsoid WGS 84, in the plane that touches it at the first fix, m.
 
-    `rows` (n, n_columns) are the cells of the columns `names`, and stand in the lines `line` (n,) of the file.
+    The `log` has the fixes (n,) in place of x and y, as they stand in the lines `line` (n,) of the columns `names`.
     """
     for one, other in (FIXES, FIXES[::-1]):
         if one not in names:
             message = f"{path}: column '{other}' is given without '{one}'; add it or leave both out"
             raise InputError(message, "missing", one)
-    fixes = rows[:, [names.index(name) for name in FIXES]]
+    fixes = np.stack([log["x"], log["y"]], axis=1)
     for name, values, limit in zip(FIXES, fixes.T, LIMITS, strict=True):
         for k in np.flatnonzero(np.abs(values) > limit)[:1]:
             message = f"{path}: line {line[k]}, column '{name}': {values[k]:g} is beyond {limit:g}"
@@ -264,8 +272,9 @@ def _positions_of_fixes(
     import pymap3d  # here, since most logs have none
 
     first = fixes[whole[0]]
-    relative = np.full((len(rows), 3), np.nan)
-    relative[whole] = np.stack(pymap3d.geodetic2ned(*fixes[whole].T, 0.0, *first, 0.0), axis=-1)
+    relative = np.full((len(fixes), 3), np.nan)
+    for part in np.array_split(whole, 1 + len(whole) // CHUNK):
+        relative[part] = np.stack(pymap3d.geodetic2ned(*fixes[part].T, 0.0, *first, 0.0), axis=-1)
     distance = np.linalg.norm(relative, axis=1)
     for k in np.flatnonzero(distance > FARTHEST)[:1]:
         fix, begin = (f"{values[0]:g}, {values[1]:g}" for values in (fixes[k], first))
@@ -274,13 +283,14 @@ def _positions_of_fixes(
     return relative[:, 0], relative[:, 1]
 
 
-def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
+def write_log(path: Path, log: dict[str, np.ndarray], progress: Progress = SILENT) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
-    import pandas as pd
-
-    known = [name for name in HEADERS if name in log]
-    names = known + [name for name in log if name not in HEADERS]
-    table = pd.DataFrame({HEADERS.get(name, name): log[name] / si_factor(name) for name in names})
-    with writing(path), replacing(path) as partial:
-        compression = "gzip" if path.suffix == ".gz" else None
-        table.to_csv(partial, index=False, float_format=WRITTEN, compression=compression)
+    names = [name for name in HEADERS if name in log] + [name for name in log if name not in HEADERS]
+    n, row = len(log[names[0]]), ",".join([WRITTEN] * len(names)) + "\n"
+    opened = gzip.open if path.suffix == ".gz" else open
+    with writing(path), replacing(path) as partial, opened(partial, "wt", encoding="utf-8") as file:
+        file.write(",".join(HEADERS.get(name, name) for name in names) + "\n")
+        for k in range(0, n, CHUNK):
+            cells = np.stack([log[name][k : k + CHUNK] / si_factor(name) for name in names], axis=1)
+            file.write("".join([row % tuple(line) for line in cells.tolist()]).replace("nan", ""))
+            progress.update(min(k + CHUNK, n) / 1e6, n / 1e6, "million rows")

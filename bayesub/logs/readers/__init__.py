@@ -10,6 +10,7 @@ from pathlib import Path
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, check_known
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers import stamps
 from bayesub.logs.readers.signals import Signal, VehicleLog, join
@@ -45,7 +46,14 @@ KINDS = {
 }
 
 
-def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_listed: bool = False) -> VehicleLog:
+def read(
+    kind: str,
+    paths: Sequence[Path],
+    log_map: LogMap | None = None,
+    *,
+    is_listed: bool = False,
+    progress: Progress = SILENT,
+) -> VehicleLog:
     """Read a log of a kind (:data:`KINDS`), or the files of one that is in pieces.
 
     Large logs are read faster with a map, for the signals that it names; if one is missing everything is read. What is
@@ -59,7 +67,7 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_
     log_map, by_file = log_map or LogMap(), KINDS[kind].is_by_file
     if log_map.where and KINDS[kind].module != "table":
         raise InputError("where selects rows of tables only; leave it out", "conflict", "where")
-    logs = [_read(kind, path, log_map) for path in paths]
+    logs = [_read(kind, path, log_map, progress) for path in paths]
     parts = [path.stem for path in paths] + [re.split(r"[.\[]", name)[0] for log in logs for name in log.signals]
     for table in () if is_listed else log_map.time.tables:
         message = f"key 'time.tables.{table}': no table or variable is called '{table}'"
@@ -72,10 +80,10 @@ def read(kind: str, paths: Sequence[Path], log_map: LogMap | None = None, *, is_
     if all(section.optional or section.signal in log.signals for section in log_map.columns.values()):
         return log
     # What there is belongs to the message about what there is not.
-    return join([_read(kind, path, log_map, is_whole=True) for path in paths], by_file)
+    return join([_read(kind, path, log_map, progress, is_whole=True) for path in paths], by_file)
 
 
-def _read(kind: str, path: Path, log_map: LogMap, is_whole: bool = False) -> VehicleLog:
+def _read(kind: str, path: Path, log_map: LogMap, progress: Progress, is_whole: bool = False) -> VehicleLog:
     """The log in a file; all of it if nothing is found of what the map names."""
     reader = importlib.import_module(f"{__name__}.{KINDS[kind].module}")
     if path.is_dir() and not KINDS[kind].is_folder:
@@ -88,7 +96,8 @@ def _read(kind: str, path: Path, log_map: LogMap, is_whole: bool = False) -> Veh
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of libraries, about fields that are not used
-            log = reader.read(path, log_map.model_copy(update={"columns": {}}) if is_whole else log_map)
+            log_map = log_map.model_copy(update={"columns": {}}) if is_whole else log_map
+            log = reader.read(path, log_map, *([progress] if KINDS[kind].module == "table" else []))
     except (InputError, MemoryError):
         raise
     except Exception as error:  # whatever a library raises for a file that it cannot make out
@@ -96,7 +105,7 @@ def _read(kind: str, path: Path, log_map: LogMap, is_whole: bool = False) -> Veh
         fault = f"{path}: cannot be read as {KINDS[kind].title}: {reason}"
         raise InputError(f"{fault}; is it of this kind ({', '.join(KINDS)}), and whole?", "format") from None
     if not log.signals and log_map.columns and not is_whole:
-        return _read(kind, path, log_map, is_whole=True)
+        return _read(kind, path, log_map, progress, is_whole=True)
     if not log.signals:
         raise InputError(
             f"{path}: has no numbers with time stamps as {KINDS[kind].title}; is it of this kind ({', '.join(KINDS)})?"

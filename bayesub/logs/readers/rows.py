@@ -2,48 +2,102 @@
 
 import json
 import re
+from array import array
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bayesub.io.errors import InputError, check_known
+from bayesub.logs.readers import stamps
 
 LOOK, LABELS, JUMP = 2000, 20, 10.0  # rows that are compared; boats at most; size of a jump over the usual change
+MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
 SHORT, BURSTS = 0.2, 0.1  # of the mean step of a clock; share of shorter ones, from which on it has bursts
 
 
-def of_one(path: Path, cells: Any, names: list[str], where: dict[str, str | float]) -> Any:
-    """The rows of a table of pandas whose columns (by place) hold what a map asks for."""
+def of_one(path: Path, frames: Iterable[Any], names: list[str], where: dict[str, str | float]) -> Iterator[Any]:
+    """The rows of tables of pandas whose columns (by place) hold what a map asks for; InputError if there are none."""
     import pandas as pd
 
-    for name, wanted in where.items():
-        key = f"where.{name}"
-        check_known(name, names, f"{path}: key '{key}': has no column '{name}'", key=key)
-        column = cells[names.index(name)]
-        texts = column.astype(str).str.strip()
-        same = (texts if isinstance(wanted, str) else pd.to_numeric(texts, errors="coerce")) == wanted
-        if not same.any():
-            found = ", ".join(map(repr, column.dropna().unique()[:6].tolist()))
-            raise InputError(f"{path}: key '{key}': no row has {wanted!r}; '{name}' has {found}", "value", key)
-        cells = cells[same]
-    return cells
+    n, fault = 0, InputError(f"{path}: has no rows", "data")
+    for cells in frames:
+        for name, wanted in where.items():
+            key = f"where.{name}"
+            check_known(name, names, f"{path}: key '{key}': has no column '{name}'", key=key)
+            column = cells[names.index(name)]
+            texts = column.astype(str).str.strip()
+            # Numbers of a column may be whole in one table, and not in the next.
+            same = (texts == wanted) | (pd.to_numeric(texts, errors="coerce") == pd.to_numeric(wanted, errors="coerce"))
+            if not same.any() and fault.kind == "data":
+                found = ", ".join(map(repr, column.dropna().unique()[:6].tolist()))
+                message = f"{path}: key '{key}': no row has {wanted!r}; '{name}' has {found}"
+                fault = InputError(message, "value", key)
+            cells = cells[same]
+        n += len(cells)
+        if len(cells):
+            yield cells
+    if not n:
+        raise fault
 
 
-def of_text(name: str, column: Any, filled: np.ndarray) -> list[str]:
-    """A remark on cells of text in a column of pandas of numbers, which are not `filled` (n,)."""
-    texts = column[column.notna() & ~filled].astype(str).str.strip().value_counts().head(3)
-    kinds = ", ".join(f"'{text}' in {n}" for text, n in texts.items())
-    return [f"'{name}': {kinds} of {len(column)} cells, which are no readings"] if kinds else []
+class Cells:
+    """The cells of a column, block by block: its numbers if they are kept, and how often texts stand among them."""
+
+    def __init__(self, is_kept: bool):
+        self.is_kept, self.values = is_kept, array("d")
+        self.n = self.n_numbers = self.n_texts = 0
+        self.is_text, self.texts = False, Counter[str]()
+
+    def add(self, column: Any) -> None:
+        """Append a column of pandas."""
+        filled, values = column.notna().to_numpy(), stamps.as_numbers(column)
+        self.n, self.n_numbers = self.n + len(values), self.n_numbers + int(np.isfinite(values).sum())
+        if column.dtype.kind not in "biuf":
+            texts = column[filled & ~np.isfinite(values)].astype(str).str.strip()
+            texts = texts[~texts.str.lower().isin(MISSING)]
+            self.n_texts += len(texts)
+            self.texts.update(texts.value_counts(sort=False).to_dict())
+            if len(self.texts) > LOOK:
+                self.texts = Counter(dict(self.texts.most_common(LOOK)))
+            filled = filled & ~column.index.isin(texts.index)
+        self.is_text = self.n_texts > self.n_numbers
+        if self.is_kept:
+            self.values.frombytes(np.where(filled, values, np.inf).tobytes())  # infinite: no reading
+
+    def remarks(self, name: str) -> list[str]:
+        """What is said of texts in a column of that name."""
+        if self.is_text:
+            return [f"'{name}' holds text such as '{next(iter(self.texts))}' and is left out"]
+        kinds = ", ".join(f"'{text}' in {n}" for text, n in self.texts.most_common(3))
+        return [f"'{name}': {kinds} of {self.n} cells, which are no readings"] if kinds else []
 
 
-def told_apart(cells: Any, names: list[str], numbers: list[np.ndarray], times: np.ndarray) -> list[str]:
-    """Columns that tell apart the rows of several boats, which jump from one to the next or begin anew in time."""
+def compared(frames: Iterable[Any], names: list[str], times: np.ndarray) -> list[str]:
+    """Remarks on several boats and times of receipt, by rows about the first step back of times (n,), or the first."""
     import pandas as pd
 
-    begin = max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2)
-    some, back = cells.iloc[begin : begin + LOOK], np.diff(times[begin : begin + LOOK]) < 0.0
-    readings, result = [values[begin : begin + LOOK] for values in numbers], []
+    begin, parts, n = max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2), [], 0
+    for cells in frames:
+        parts.append(cells[max(0, begin - n) : max(0, begin + LOOK - n)])
+        n += len(cells)
+        if n >= begin + LOOK:
+            break
+    some = pd.concat(parts, ignore_index=True)
+    readings = [stamps.as_numbers(some[k]) for k in some]
+    return _told_apart(some, names, readings, times[begin:][:LOOK]) + _times_of_header(names, readings, times)
+
+
+def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
+    """Columns that tell apart the rows of several boats, which jump from one to the next or begin anew in time.
+
+    Of the rows that are compared: cells, as pandas has them and as numbers, and times (LOOK,).
+    """
+    import pandas as pd
+
+    result, back = [], np.diff(times) < 0.0
     for name, column in zip(names, some, strict=True):
         codes, labels = pd.factorize(some[column])
         if not 2 <= len(labels) <= LABELS or codes.min() < 0:
@@ -61,16 +115,16 @@ def told_apart(cells: Any, names: list[str], numbers: list[np.ndarray], times: n
     return result
 
 
-def times_of_header(names: list[str], numbers: list[np.ndarray], times: np.ndarray) -> list[str]:
-    """Another column of times, if it is even where the times (n,) that are used come in bursts."""
+def _times_of_header(names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
+    """Another column of times, if it is even in some rows where the times (n,) that are used come in bursts."""
 
-    def is_even(stamps):
-        steps = np.diff(stamps)
+    def is_even(moments):
+        steps = np.diff(moments)
         return len(steps) > LABELS and steps.min() >= 0.0 and np.mean(steps < SHORT * steps.mean()) < BURSTS
 
     if is_even(times[np.isfinite(times)]):
         return []
     others = (k for k, name in enumerate(names) if re.search("stamp|time", name.lower()))
-    better = next((names[k] for k in others if is_even(numbers[k])), "")
+    better = next((names[k] for k in others if is_even(readings[k])), "")
     line = f"those of '{better}' do not: signal = \"{better}\" under [time] of the map takes them"
     return [f"times come in bursts, as they are received, and {line}"] if better else []

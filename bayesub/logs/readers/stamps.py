@@ -1,6 +1,7 @@
 """Time stamps of all sorts as seconds: counts since any zero, dates in the order of any country, times of the day."""
 
 import re
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them
 STEP = (5e-4, HOUR_S)  # s from row to row of a log
 MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and those in seconds
 OF_WEEK = (*MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week")
+BLOCK = 100_000  # texts that are parsed at a time
 LATEST = 1e11  # s since 1970, the year 5138
 
 # What numbers count, by unit or format -> seconds in one, and their zero in seconds since 1970.
@@ -77,13 +79,18 @@ def unwrapped(times: np.ndarray, period: float | None) -> np.ndarray:
     return times if period is None else times + period * np.cumsum(np.diff(times, prepend=times[:1]) < -0.5 * period)
 
 
+def _blocks(texts: Any) -> Iterator[Any]:
+    """Texts (n,) part by part, since what is taken apart fills many times their memory."""
+    return (texts[k : k + BLOCK] for k in range(0, max(len(texts), 1), BLOCK))
+
+
 def as_numbers(column: Any) -> np.ndarray:
     """Numbers (n,) of a column of pandas, with decimal points or commas; not a number for any other cell."""
     import pandas as pd
 
     if column.dtype.kind not in "biuf":
-        texts = column.astype(str).str.strip().str.replace(",", ".", regex=False)
-        column = pd.to_numeric(texts, errors="coerce")
+        plain = (part.astype(str).str.strip().str.replace(",", ".", regex=False) for part in _blocks(column))
+        column = pd.concat([pd.to_numeric(part, errors="coerce") for part in plain])
     numbers = column.to_numpy(dtype=float, na_value=np.nan)
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
@@ -152,8 +159,24 @@ def _parsed(texts: Any, pattern: str) -> np.ndarray:
     """Seconds since 1970 (n,) of texts by a pattern; not a number for those that do not follow it."""
     import pandas as pd
 
-    moments = pd.to_datetime(pd.Series(texts, dtype=str), format=pattern, errors="coerce", utc=True)
-    return (moments - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds().to_numpy()
+    def seconds(part):
+        plain = pd.Series(part, dtype=str).str.replace(",", ".", regex=False)
+        moments = pd.to_datetime(plain, format=pattern, errors="coerce", utc=True)
+        return (moments - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds().to_numpy()
+
+    return np.concatenate([seconds(part) for part in _blocks(texts)])
+
+
+def _parts(texts: Any, pattern: str) -> Any:
+    """Date and half of the day of times of the day as texts, and h, m, s and part as numbers, in a table of pandas."""
+    import pandas as pd
+
+    tables = []
+    for block in _blocks(texts):
+        parts = block.str.extract(pattern)
+        parts["part"] = "0." + parts["part"].str[1:]
+        tables.append(parts.assign(**{key: as_numbers(parts[key]) for key in ("h", "m", "s", "part")}))
+    return pd.concat(tables, ignore_index=True)
 
 
 def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndarray, bool]:
@@ -161,20 +184,21 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
     import pandas as pd
 
     if "%M" in form and form != "%M:%S":
-        texts, plain = texts.str.replace(",", "."), re.sub("[.,]%f", "", form).replace(",", ".")
+        plain = re.sub("[.,]%f", "", form).replace(",", ".")
         times, fractions = _parsed(texts, plain), _parsed(texts, plain.replace("%S", "%S.%f"))
         times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbBy]", form)
         return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part
     if not form:
-        times = _parsed(texts.str.replace(",", "."), "ISO8601")
+        times = _parsed(texts, "ISO8601")
         if np.isfinite(times).mean() > 0.5:
             return times, False
-    parts = texts.str.extract(_CLOCK)
-    parts = texts.str.extract(_DIGITS) if parts["h"].isna().all() else parts
+    parts = _parts(texts, _CLOCK)
+    parts = _parts(texts, _DIGITS) if parts["h"].isna().all() else parts
     if parts["h"].isna().all():
         return _days(texts, form, name), False
-    h, m, s = (pd.to_numeric(parts[key]).to_numpy(dtype=float) for key in "hms")
-    rest = parts["date"].fillna("").str.strip()
+    h, m, s = (parts[key].to_numpy() for key in "hms")
+    codes, dates = pd.factorize(parts["date"].fillna("").str.strip())
+    rest = pd.Series(dates, dtype=str)
     days, rest = as_numbers(rest.str.extract(r"^(\d+) days?$")[0]), rest.str.replace(r"^\d+ days?$", "", regex=True)
     is_part = (rest == "").all()
     if np.isnan(s).all() and is_part and not has_dates:  # hours and minutes, or as a spreadsheet shows minutes
@@ -184,10 +208,9 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
         h, m, s = np.zeros_like(h), h, m
     half = parts["half"].str.upper()
     h = np.where(half.isin(["A", "P"]), h % 12 + 12 * (half == "P"), h)
-    part = as_numbers("0." + parts["part"].str[1:].fillna("0"))
-    times = DAY_S * np.nan_to_num(days) + 3600 * h + 60 * m + np.nan_to_num(s) + part
+    times = DAY_S * np.nan_to_num(days)[codes] + 3600 * h + 60 * m + np.nan_to_num(s) + np.nan_to_num(parts["part"])
     if not is_part:
-        return times + _days(rest, form, name), False
+        return times + _days(rest, form, name)[codes], False
     period = DAY_S if (h > 0).any() or np.nanmax(m) > 59 else HOUR_S
     return times if has_dates else unwrapped(times, period), True
 

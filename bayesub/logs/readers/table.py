@@ -3,6 +3,7 @@
 import io
 import re
 from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,142 +11,178 @@ import numpy as np
 
 from bayesub.io import units
 from bayesub.io.errors import InputError, check_known
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs.log_map import Clock, LogMap
 from bayesub.logs.readers import rows, stamps
 from bayesub.logs.readers.signals import Signal, VehicleLog, library
 
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
-SAMPLE = 20  # lines at the end of a file that tell how cells are separated
+SAMPLE = 20  # lines at the end of the first block that tell how cells are separated
 TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
 TIMES += ["zeit", "uhrzeit", "heure", "hora", "tijd"]
 DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]
 PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute", "min"], ["second", "sec", "ss"]]
 NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of one stamp end, in ROS
 MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
-MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
+BLOCK, ROWS = 1 << 22, 65536  # characters and rows that are read at a time
 
+# Bytes that are no UTF-8, as Python escapes them -> what they are in Windows.
+WINDOWS = {0xDC00 + byte: bytes([byte]).decode("cp1252", errors="replace") for byte in range(128, 256)}
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 
 
-def read(path: Path, log_map: LogMap) -> VehicleLog:
-    """Read a table with a row for each time; an empty cell is no reading."""
+def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog:
+    """Read a table with a row for each time, block by block; an empty cell is no reading.
+
+    Only numbers of columns that the map names are kept, or of all if it names none.
+    """
+    import pandas as pd
+
     with path.open("rb") as file:
         is_parquet = file.read(4) == b"PAR1"
-    frame, heads, unit_cells, where, remarks, fault = (_read_parquet if is_parquet else _read_text)(path)
-    names = []
+    heads, unit_cells, where, blocks, remarks, faults = (_parquet if is_parquet else _text)(path, progress)
+    names: list[str] = []
     for k, head in enumerate(heads):
         name, unit = _name_and_unit(head)
         unit_cells[k] = unit_cells[k] or unit
         names.append(name if name and name not in names else head or f"column_{k + 1}")
         if names[k] in names[:k]:
-            fault = InputError(f"{path}: column '{head}' is given twice; rename one of them", "conflict", head)
+            message = f"{path}: column '{head}' is given twice; rename one of them"
+            faults.append(InputError(message, "conflict", head))
             names[k] = f"{head}_{k + 1}"
-    frame = rows.of_one(path, frame, names, log_map.where)
-    used: tuple[int, ...] = ()
-    times, clock = np.full(len(frame), np.nan), log_map.time.clock(path.stem)
-    try:
-        used = _time_columns(frame, names, heads, clock)
-        times, more = _times(frame[list(used)], [names[k] for k in used], unit_cells[used[0]], clock, where)
-        remarks += more
-    except InputError as error:
-        fault, used = fault or error.within(str(path)), ()
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
-    parsed = [_numbers(frame[k]) for k in frame]
+    # As the map has it, which may be as the file has it.
+    labels = [next((one for one in wanted if _plain(one) == h), n) for h, n in zip(heads, names, strict=True)]
+    cells = [rows.Cells(not wanted or label in wanted) for label in labels]
+    used, clock, stamped = tuple[int, ...](), log_map.time.clock(path.stem), list[Any]()
+
+    def frames():
+        return rows.of_one(path, blocks(), names, log_map.where)
+
+    try:
+        used = _time_columns(frames(), names, heads, clock)
+    except InputError as error:
+        faults.append(error.within(str(path)))
+    for frame in frames():
+        stamped.append(frame[list(used)].copy())  # which does not hold the other columns
+        for k in set(frame) - set(used):
+            cells[k].add(frame[k])
+    stamp, stamped, remarks = pd.concat(stamped, ignore_index=True), [], [*remarks]
+    times = np.full(len(stamp), np.nan)
+    try:
+        if used:
+            times, more = _times(stamp, [names[k] for k in used], unit_cells[used[0]], clock, where)
+            remarks += more
+    except InputError as error:
+        faults.append(error.within(str(path)))
+        for k in used:
+            cells[k].add(stamp[k])
+    fault = faults[0] if faults else None
     if fault is None:
-        numbers = [values for _, values, _ in parsed]
-        remarks += rows.told_apart(frame, names, numbers, times) + rows.times_of_header(names, numbers, times)
-    signals = {}
-    for k, (name, (filled, values, text)) in enumerate(zip(names, parsed, strict=True)):
-        remarks += rows.of_text(name, frame[k], filled) if k not in used and not text else []
-        filled = filled & (np.isfinite(times) | (fault is not None))
-        if k not in used and text:
-            remarks.append(f"'{name}' holds text such as '{text}' and is left out")
-        elif k not in used:
-            label = next((signal for signal in wanted if _plain(signal) == heads[k]), name)  # as the file has it
-            signals[label] = Signal(times[filled], values[filled], unit_cells[k])
+        remarks += rows.compared(frames(), names, times)
+    timed = np.isfinite(times) | (fault is not None)
+    kept = slice(None) if timed.all() else timed
+    signals, times = {}, times[kept]
+    for k, column in enumerate(cells):
+        remarks += column.remarks(names[k])
+        if column.values and not column.is_text:
+            values = np.frombuffer(column.values)[kept]
+            filled = ~np.isposinf(values)
+            cut = slice(None) if filled.all() else filled  # columns without empty cells share their times
+            signals[labels[k]] = Signal(times[cut], values[cut], unit_cells[k])
     return VehicleLog(path, signals, tuple(remarks), fault)
 
 
-# Cells of the columns 0, 1, .., their heads and units, a place in words, remarks, and what is wrong.
-Table = tuple[Any, list[str], list[str], str, list[str], InputError | None]
+# Heads and units of the columns 0, 1, .., a place in words, the cells as tables of pandas one after the other, and
+# remarks and what is wrong, which are known after the last.
+Table = tuple[list[str], list[str], str, Callable[[], Iterator[Any]], list[str], list[InputError]]
 
 
-def _read_parquet(path: Path) -> Table:
+def _parquet(path: Path, progress: Progress) -> Table:
+    file = library("pyarrow.parquet", path).ParquetFile(path, pre_buffer=False, buffer_size=ROWS)
+    # The index of pandas has no name, and is the time if it holds moments.
+    fields = [("time" if str(f.type).startswith(("time", "duration")) else "", f.name) for f in file.schema_arrow]
+    heads = [time if time and name.startswith("__index_level_") else name for time, name in fields]
+
+    def blocks():
+        n = 0
+        for batch in file.iter_batches(ROWS):
+            yield batch.to_pandas(ignore_metadata=True).set_axis(range(len(heads)), axis=1)
+            n += len(batch)
+            progress.update(n / 1e6, file.metadata.num_rows / 1e6, "million rows")
+
+    return heads, [""] * len(heads), "row {}", blocks, [], []
+
+
+def _text(path: Path, progress: Progress) -> Table:
     import pandas as pd
 
-    library("pyarrow", path)
-    frame = pd.read_parquet(path)
-    if frame.index.name is not None or frame.index.dtype.kind in "Mm":
-        frame = frame.reset_index(names=frame.index.name or "time")
-    heads = [str(name) for name in frame.columns]
-    return frame.set_axis(range(len(heads)), axis=1), heads, [""] * len(heads), "row {}", [], None
-
-
-def _read_text(path: Path) -> Table:
-    import pandas as pd
-
-    lines, remarks = _lines(path)
-    separator, n_columns = _layout(path, [line for _, line in lines[-SAMPLE:]])
-    heads, unit_cells, first = _header(path, lines, separator, n_columns)
-    body, remark, fault = _whole(path, lines[first:], separator, n_columns)
-    comma = "," if separator != "," and "," in lines[first][1] else "."
-    separators = r"\s+" if separator == " " else separator
-    options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
-    options |= {"index_col": False, "skipinitialspace": True, "decimal": comma, "low_memory": False}
-    try:
-        cells = pd.read_csv(io.StringIO("\n".join(body)), sep=separators, **options)
-    except pd.errors.ParserError as error:
-        reason = str(error).strip().rpartition("error: ")[2]
-        message = f"{path}: {reason}, counted from line {lines[first][0]}; is the file whole?"
-        raise InputError(message, "format") from None
-    return cells, heads, unit_cells, f"row {{}} from line {lines[first][0]}", remarks + remark, fault
-
-
-def _whole(
-    path: Path, lines: list[Line], separator: str, n_columns: int
-) -> tuple[list[str], list[str], InputError | None]:
-    """The lines with the right number of cells, a remark on others, and what is wrong if these are many."""
-    texts = [line for _, line in lines]
-    if any('"' in line for line in texts[:SAMPLE]):
-        return texts, [], None  # separators may be quoted
-    counts = [len(line.split()) if separator == " " else line.count(separator) + 1 for line in texts]
-    whole = [line for line, count in zip(texts, counts, strict=True) if count == n_columns]
-    remarks = ["the last line is not whole and left out"] if counts[-1] < n_columns else []
-    wrong = [k for k, count in enumerate(counts[: len(counts) - len(remarks)]) if count != n_columns]
-    if not wrong:
-        return whole, remarks, None
-    message = f"line {lines[wrong[0]][0]}: has {counts[wrong[0]]} cells, expected {n_columns}"
-    if len(wrong) > MOST_WRONG * len(lines):
-        return whole, remarks, InputError(f"{path}: {message}; is the file whole?", "format")
-    return whole, [f"{message}; {len(wrong)} such lines are left out", *remarks], None
-
-
-def _lines(path: Path) -> tuple[list[Line], list[str]]:
-    """Number and text of the lines that are neither empty nor comments, and remarks."""
-    content, remarks = path.read_bytes(), []
-    begin, whole = content[:4096], content.rstrip(b"\0")
-    wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        text = content.decode("utf-16", errors="replace")
-    elif max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin):
-        text = content.decode(wide[max(wide)], errors="replace")
-    elif b"\0" in whole[:4096]:
-        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
-    else:
-        if whole != content:
-            remarks = ["zeros at the end of the file, as a power cut leaves them, are left out"]
-        try:
-            text = whole.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = whole.decode("cp1252", errors="replace")
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip(" \t;,")]
+    remarks, faults = list[str](), list[InputError]()
+    lines = next(_lines(path, remarks, SILENT), [])
     table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     if len(table) < 2:
         raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
-    before = [(k, _plain(line)) for k, line in lines if k < table[0][0]]
-    return before[-1:] + table, remarks  # names may stand in a comment
+    table = [(k, _plain(line)) for k, line in lines if k < table[0][0]][-1:] + table  # names may stand in a comment
+    separator, n_columns = _layout(path, [line for _, line in table[-SAMPLE:]])
+    heads, unit_cells, first = _header(path, table, separator, n_columns)
+    begin, is_quoted = table[first][0], any('"' in line for _, line in table[first:][:SAMPLE])
+    comma = "," if separator != "," and "," in table[first][1] else "."
+    options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
+    options |= {"index_col": False, "skipinitialspace": True, "decimal": comma, "low_memory": False}
+    options |= {"sep": r"\s+" if separator == " " else separator}
+
+    def count(line):
+        return n_columns if is_quoted else len(line.split()) if separator == " " else line.count(separator) + 1
+
+    def blocks():
+        n, last, wrong = 0, 0, list[tuple[int, int]]()
+        for block in _lines(path, remarks, progress):
+            body = [(k, line) for k, line in block if k >= begin and not line.lstrip().startswith(COMMENTS)]
+            counts = [count(line) for _, line in body]
+            whole = [line for (_, line), size in zip(body, counts, strict=True) if size == n_columns]
+            if len(whole) < len(body):
+                wrong += [(k, size) for (k, _), size in zip(body, counts, strict=True) if size != n_columns]
+            try:
+                if whole:
+                    yield pd.read_csv(io.StringIO("\n".join(whole)), **options)
+            except pd.errors.ParserError as error:
+                reason = str(error).strip().rpartition("error: ")[2]
+                message = f"{path}: {reason}, counted from line {body[0][0]}; is the file whole?"
+                raise InputError(message, "format") from None
+            n, last = n + len(body), body[-1][0] if body else last
+        is_cut = (last, True) in [(k, size < n_columns) for k, size in wrong[-1:]]
+        wrong = wrong[:-1] if is_cut else wrong
+        message = "".join(f"line {k}: has {size} cells, expected {n_columns}" for k, size in wrong[:1])
+        if len(wrong) > MOST_WRONG * n:
+            faults.append(InputError(f"{path}: {message}; is the file whole?", "format"))
+        elif wrong:
+            remarks.append(f"{message}; {len(wrong)} such lines are left out")
+        remarks.extend(["the last line is not whole and left out"] if is_cut else [])
+
+    return heads, unit_cells, f"row {{}} from line {begin}", blocks, remarks, faults
+
+
+def _lines(path: Path, remarks: list[str], progress: Progress) -> Iterator[list[Line]]:
+    """Number and text of the lines that are not empty, block by block, and a remark if the last ends in zeros."""
+    with path.open("rb") as content:
+        begin, encoding, wrong = content.read(4096), "utf-16", "replace"
+    wide = {begin[0::2].count(0): "utf-16-be", begin[1::2].count(0): "utf-16-le"}
+    if not begin.startswith((b"\xff\xfe", b"\xfe\xff")):
+        is_wide = max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin)
+        encoding, wrong = (wide[max(wide)], wrong) if is_wide else ("utf-8-sig", "surrogateescape")
+    if encoding == "utf-8-sig" and b"\0" in begin.rstrip(b"\0"):
+        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
+    n, last, size = 0, "", path.stat().st_size
+    with path.open("rb") as content, io.TextIOWrapper(content, encoding, wrong) as file:
+        while texts := file.readlines(BLOCK):
+            lines = [(k, text.strip("\n\0")) for k, text in enumerate(texts, n + 1) if text.strip(" \t;,\n\0")]
+            yield [(k, line if line.isascii() else line.translate(WINDOWS)) for k, line in lines]
+            n, last = n + len(texts), texts[-1]
+            progress.update(round(content.tell() / 1e6), round(size / 1e6), "MB")
+    if last.endswith("\0"):
+        remarks.append("zeros at the end of the file, as a power cut leaves them, are left out")
 
 
 def _plain(text: str) -> str:
@@ -202,7 +239,7 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
     return cell, units.of_column(cell) if len(end) > 1 or end == "m" else ""
 
 
-def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) -> tuple[int, ...]:
+def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clock: Clock) -> tuple[int, ...]:
     """Where the column of times stands, with that of the dates behind it; or those of hours, minutes, .. (PARTS)."""
     places = {head: k for k, head in enumerate(heads)} | {name: k for k, name in enumerate(names)}
     lower = {re.sub(r"\W+", "_", name.lower()): k for name, k in places.items()}
@@ -225,6 +262,7 @@ def _time_columns(frame: Any, names: list[str], heads: list[str], clock: Clock) 
     elif found := [lower[name] for name in DATES if name in lower]:
         time = found[0]
     else:
+        frame = next(frames)
         ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
         message = f"which column is the time? give [time] signal in the map, {some}"
@@ -265,12 +303,3 @@ def _moments(parts: Any) -> Any:
         return clock
     year, month, day = days
     return pd.to_datetime({"year": year.where(year > 99, year + 2000), "month": month, "day": day}) + clock
-
-
-def _numbers(column: Any) -> tuple[np.ndarray, np.ndarray, str]:
-    """Which cells are filled (n,), their numbers (n,), and the first text that is none, if there is one."""
-    filled, values = column.notna().to_numpy(), stamps.as_numbers(column)
-    texts = column[filled & ~np.isfinite(values) & (column.dtype.kind not in "biuf")].astype(str).str.strip()
-    texts = texts[~texts.str.lower().isin(MISSING)]
-    is_text = len(texts) > np.count_nonzero(np.isfinite(values))
-    return filled & ~column.index.isin(texts.index), values, texts.iloc[0] if is_text else ""
