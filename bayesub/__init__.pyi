@@ -14,6 +14,7 @@ from .sensors import Record, observe
 from .problem import likelihoods, priors
 from .problem.disturbances import UnknownDisturbance
 from .problem.problem import Problem
+from .problem.own_model import DensityModel, LeastSquaresModel
 from .problem.joint import JointProblem
 from .inference import baselines, identifiability
 from .findings.unseen import leave_one_out
@@ -29,10 +30,12 @@ __version__: str
 __all__ = [
     "Criteria",
     "CrossCheck",
+    "DensityModel",
     "Disturbance",
     "EquationSet",
     "InputError",
     "JointProblem",
+    "LeastSquaresModel",
     "Manoeuvre",
     "Posterior",
     "Problem",

@@ -17,11 +17,11 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.report.plots import ladders
 from ill_conditioning import one_case, tables
 from ill_conditioning.plots import cancellation, collinearity, contribution, profile, spectra
+from ill_conditioning.profile import LEVEL_95
 from thesis.cases import CASES, MANOEUVRES, published
 
 QUICK_CASES = (("suboff", "horizontal"),)

@@ -11,11 +11,12 @@ Cost: seconds.
 import numpy as np
 
 import bayesub as bs
-from bayesub.inference.identifiability import held_fixed, rank
+from bayesub.inference.identifiability import rank
 from bayesub.model.linear_form import linear_systems
 from thesis.cases import MANOEUVRES, VEHICLES, held, published
 from thesis.mechanisms import MECHANISMS, mechanism, relative_signs, shares_of_equal_signs
 from uniqueness import plots, tables
+from uniqueness.held_coefficients import held_fixed
 from uniqueness.null_directions import of_tracks, track_change
 
 RECORDS = {  # of which Jacobians are taken

@@ -88,6 +88,11 @@ def suboff():
 
 
 @pytest.fixture(scope="session")
+def auv():
+    return bs.load_vehicle("auv690")
+
+
+@pytest.fixture(scope="session")
 def suboff_file():
     """The text of the suboff vehicle file."""
     return toml_files.find("suboff", "vehicles").read_text()

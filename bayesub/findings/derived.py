@@ -197,17 +197,23 @@ def in_words(low: float, high: float) -> tuple[str, str]:
     return rounded(low, high - low), rounded(high, high - low)
 
 
+def headlines(found: dict) -> Iterator[dict]:
+    """Rows ``name, label, unit, posterior, prior`` (5 and 95 % as words) of the headline quantities that follow."""
+    rows = {row["name"]: row for row in found["quantities"] if row["width_ratio"] is not None}
+    for row in (rows[name] for name in HEADLINES if name in rows):
+        ends = {which: in_words(row[which]["q5"], row[which]["q95"]) for which in ("posterior", "prior")}
+        yield {"name": row["name"], "label": row["label"].partition(" (")[0], "unit": row["unit"], **ends}
+
+
 def sentence(found: dict) -> str:
     """The headline manoeuvring quantities in words; empty if the inferred parameters determine none."""
-    rows = {row["name"]: row for row in found["quantities"]}
-    parts = []
-    for row in (rows[name] for name in HEADLINES if name in rows and rows[name]["width_ratio"] is not None):
-        prior, posterior = (" to ".join(in_words(row[w]["q5"], row[w]["q95"])) for w in ("prior", "posterior"))
-        words, unit = row["label"].partition(" (")[0], row["unit"]
-        parts.append(f"{words} {posterior} {unit} (before {prior})")
+    parts = [
+        f"{row['label']} {' to '.join(row['posterior'])} {row['unit']} (before {' to '.join(row['prior'])})"
+        for row in headlines(found)
+    ]
     text = f"With 90 % probability: {'; '.join(parts)}." if parts else ""
     stable = []
-    for name in filter(rows.get, STABILITIES):
+    for name in (row["name"] for row in found["quantities"] if row["name"] in STABILITIES):
         after, before = (100.0 * found["stable"][name][which] for which in ("posterior", "prior"))
         stable.append(f"{STABILITIES[name]} with probability {after:.3g} % (before {before:.3g} %)")
     return f"{text} Stable {listed(stable)}.".strip() if stable else text

@@ -33,7 +33,7 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
     known = [row for row in best if row["percent"] < 100.0 * KNOWN]
     sizes = [abs(pair["correlation"]) for pair in numbers["trade_offs"]]
     return {
-        "boat": list(_boat(numbers["derived"])),
+        "boat": list(derived.headlines(numbers["derived"])),
         "stable": [
             {"where": derived.STABILITIES[name], **shares} for name, shares in numbers["derived"]["stable"].items()
         ],
@@ -50,15 +50,6 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
         "n_pairs": sum(size >= NOTABLE for size in sizes),
         "marks": list(_marks(numbers)),
     }
-
-
-def _boat(found: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """The headline quantities that follow from what is inferred."""
-    rows = {row["name"]: row for row in found["quantities"] if row["width_ratio"] is not None}
-    for row in (rows[name] for name in derived.HEADLINES if name in rows):
-        ends = {which: derived.in_words(row[which]["q5"], row[which]["q95"]) for which in ("posterior", "prior")}
-        label = row["label"].partition(" (")[0]
-        yield {"name": row["name"], "label": label, "unit": row["unit"], **ends}
 
 
 def _marks(numbers: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

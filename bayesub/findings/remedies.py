@@ -239,18 +239,15 @@ def _slow_noise_lines(explanation, problem):
         yield f"correlation_time_s = {time:.2g}"
 
 
-def _bias_lines(explanation, problem):  # noqa: ARG001
+def _nuisance_lines(explanation, problem):
+    """Biases, or of a current both components that are not inferred yet, with the size of either."""
+    sizes = explanation.sizes
+    if explanation.kind == "current":
+        (size,) = sizes.values()
+        sizes = {name: size for name in CURRENTS if name not in problem.names}
     yield "[nuisance]"
-    for name, size in explanation.sizes.items():
+    for name, size in sizes.items():
         yield f"{name} = {{ mean = 0.0, sd = {_WIDER * size:.2g} }}"
-
-
-def _current_lines(explanation, problem):
-    (size,) = explanation.sizes.values()
-    yield "[nuisance]"
-    for name in CURRENTS:
-        if name not in problem.names:
-            yield f"{name} = {{ mean = 0.0, sd = {_WIDER * size:.2g} }}"
 
 
 def _coefficient_lines(explanation, problem):
@@ -265,8 +262,8 @@ def _log_normal(median, log_sd) -> str:
 
 
 _LINES = {
-    "bias": _bias_lines,
-    "current": _current_lines,
+    "bias": _nuisance_lines,
+    "current": _nuisance_lines,
     "coefficient": _coefficient_lines,
     "disturbance": _disturbance_lines,
     "slow noise": _slow_noise_lines,

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
-    from bayesub.kernels.kalman import Innovations, Pieces
+    from bayesub.kernels.kalman import Innovations, Pieces, Policy
 
 SMOOTH = 0.03  # of the resolution of readings that say only an interval: sd of the ends, where derivatives are taken
 
@@ -261,6 +261,14 @@ class Sampled(Emulated, Protocol):
 
 
 @runtime_checkable
+class Modal(Protocol):
+    """A problem that finds its own mode, because its residuals are made about it."""
+
+    def posterior_mode(self, rng: np.random.Generator) -> np.ndarray:
+        """(n_params,) the mode in t; `rng` is the source of starts."""
+
+
+@runtime_checkable
 class Forced(Sampled, Protocol):
     """What searches and a sampler need besides where a problem has histories."""
 
@@ -273,6 +281,30 @@ class Forced(Sampled, Protocol):
 
         `responses` are those of the histories at these parameters, if they are known already.
         """
+
+    def flown(
+        self, parameters: np.ndarray, policies: Sequence[Policy] | None = None
+    ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+        """Members (n_batch, n_params) whose forces follow a policy, one of each history, on the way.
+
+        Given are the parameters that this makes of theirs, what is predicted there, of which :meth:`residuals` and the
+        like are without a simulation, and of each history the states (n_batch, n_pieces, n_moved) at the ends of its
+        pieces, those of them that need not follow linearly.
+        """
+
+    def residuals(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> np.ndarray:
+        """(n_batch, n_rows), from what is predicted if that is known, as all that follow."""
+
+    def misfit(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) and deviances (n_batch,)."""
+
+    def misfit_about(
+        self, centre: np.ndarray, parameters: np.ndarray, predicted: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals (n_batch, n_rows) whose squares sum to the deviance near `centre`; log likelihoods (n_batch,)."""
+
+    def log_likelihood(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> np.ndarray:
+        """(n_batch,) log likelihoods."""
 
     def with_wide_process(self) -> Self:
         """A view with a known and wide process of the forces."""

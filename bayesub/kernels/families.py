@@ -158,10 +158,10 @@ class Family:
     def _slopes(self) -> sensitivities.Slopes:
         return sensitivities.Slopes(*map(self.unit, sensitivities.Slopes._fields))
 
-    def integrate(self, *arguments, quaternions: bool = False, parallel: bool = False):
+    def integrate(self, *arguments, quaternions: bool = False, **options):
         """:func:`bayesub.kernels.integrate.integrate` from its `coefficients` on."""
         forces = self._quaternion if quaternions else self._euler
-        return integrate.integrate(forces, self.added_mass, *arguments, parallel=parallel)
+        return integrate.integrate(forces, self.added_mass, *arguments, **options)
 
     def body_accelerations(self, *arguments):
         """:func:`bayesub.kernels.integrate.body_accelerations` from its `coefficients` on."""

@@ -9,6 +9,7 @@ from numba import prange
 from bayesub.kernels.jit import jit, spliced, unit, variants, widest_vectors
 from bayesub.kernels.mass import inverses, mass_matrices
 from bayesub.kernels.memory import plain
+from bayesub.kernels.steering import NOWHERE, Steering, set_out, steer
 from bayesub.kernels.variations import Variations
 from bayesub.kernels.workspace import (
     BODY_ROWS,
@@ -240,7 +241,7 @@ def _lose(states, member, begin, end):
 @jit
 def _integrate_block(
     block, forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step, times, max_speed,
-    rows, states, status,
+    rows, steering, states, status,
 ):  # fmt: skip
     """Integrate one block of members and write their `states` at `times` and `status`; see :func:`integrate`."""
     widest_vectors()
@@ -256,10 +257,15 @@ def _integrate_block(
         _to_quaternions(work)
     n_steps = stages.shape[0] - 1
     n_times = times.shape[0]
-    output = 0
+    output, piece, n_pieces = 0, 0, len(steering.steps)
+    reached = np.zeros((LANES, steering.feedback.shape[3]))
+    set_out(steering, first, members, reached, mine)
     alive = members
     max_speed2 = max_speed * max_speed
     for step_index in range(n_steps + 1):
+        while piece < n_pieces and steering.steps[piece] == step_index:
+            steer(steering, piece, first, members, work, reached, mine)
+            piece += 1
         for j in range(STATE_ROWS * LANES):
             work[SUM * LANES + j] = 0.0
         copy_state(work, STATE, STAGE)
@@ -284,7 +290,7 @@ def _integrate_block(
                 if status[first + i] != OK:
                     _lose(states, first + i, output, output + 1)
             output += 1
-        if output == n_times:
+        if output == n_times and piece == n_pieces:
             return
 
         copy_state(work, STATE, PREVIOUS)
@@ -301,12 +307,12 @@ def _integrate_block(
 
 def _integrate_blocks(
     n_blocks, forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step, times,
-    max_speed, rows, states, status,
+    max_speed, rows, steering, states, status,
 ):  # fmt: skip
     for block in prange(n_blocks):
         _integrate_block(
             np.int64(block), forces, coefficients, body, inverse_mass, initial, stages, variations, amounts, step,
-            times, max_speed, rows, states, status,
+            times, max_speed, rows, steering, states, status,
         )  # fmt: skip
 
 
@@ -327,16 +333,18 @@ def integrate(
     max_speed: float,
     rows: np.ndarray,
     *,
+    steering: Steering = NOWHERE,
     parallel: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate a batch of dimensional coefficients (n_batch, n_terms), N, m, kg, s.
 
     Rows (n, 3) of `added_mass` are axis, acceleration and coefficient of each added-mass term. The members have bodies
     (n_batch, N_BODY + N_CONSTANTS), states at the start (n_batch, 12), and their own amounts (n_batch, n) of n
-    variations of the controls. Controls at the start, middle and end of each step (s) are `stages` (n_steps + 1, 3,
-    N_CONTROLS). Output times (n_times,), s, ascend from 0 to n_steps * step; `rows` (n_outputs,) say which of the 12
-    states and, after them, the 6 accelerations (udot .. rdot) are wanted. A member that reaches `max_speed` (m/s) has
-    diverged. If it is `parallel` blocks are shared among threads; the result is bitwise the same.
+    variations of the controls, of which the `steering` chooses some on the way. Controls at the start, middle and end
+    of each step (s) are `stages` (n_steps + 1, 3, N_CONTROLS). Output times (n_times,), s, ascend from 0 to
+    n_steps * step; `rows` (n_outputs,) say which of the 12 states and, after them, the 6 accelerations (udot .. rdot)
+    are wanted. A member that reaches `max_speed` (m/s) has diverged. If it is `parallel` blocks are shared among
+    threads; the result is bitwise the same.
 
     Returns
     -------
@@ -352,7 +360,7 @@ def integrate(
     status = np.zeros(len(coefficients), dtype=np.int8)
     arguments = (
         forces, coefficients, body, inverses(mass_matrices(coefficients, body, added_mass)), initial, stages,
-        variations.plain(), amounts, float(step), times, float(max_speed), plain(rows, int), states, status,
+        variations.plain(), amounts, float(step), times, float(max_speed), plain(rows, int), steering, states, status,
     )  # fmt: skip
     n_blocks = -(-len(coefficients) // LANES)
     (_on_all_threads if parallel and n_blocks > 1 else _on_one_thread)(n_blocks, *arguments)

@@ -1,4 +1,4 @@
-"""Hundreds of forces at knots given the readings, at a cost in proportion to the knots: a filter, and draws.
+"""Hundreds of forces at knots given the readings, at a cost in proportion to the knots: a filter and a feedback law.
 
 Between two knots a motion is linear in the state s at the start of the piece and in the forces at its knots
 (:class:`Pieces`). Each force is a sequence in innovations form,
@@ -6,10 +6,14 @@ Between two knots a motion is linear in the state s at the start of the piece an
     c_j = p_j[0] + root_j w_j,    p_j+1 = T p_j + gain_j w_j,
 
 where T moves predictions p up by one and w is white (:mod:`bayesub.problem.innovations`). So readings less their
-prediction are those of a linear state-space model of the state s and, for each axis, of the forces at the three knots
-that act in a piece and of p at the knot after these. The Kalman filter takes its readings one by one; the product of
-the variances of what it could not foresee is the determinant of the information about w. Going back, the simulation
-smoother (de Jong & Shephard 1995) makes of standard normal y draws of w, whose mean are the w that fit best.
+prediction are those of a linear state-space model whose state is s and, for each axis, the forces at the three knots
+that act in a piece and p at the knot after these.
+
+An information filter goes back from the last reading (Fraser & Potter 1969): it finds the log density of all later
+readings by the state, which is quadratic. Given the state and all readings, the w of the next knot are normal, and
+their mean is linear in the state. So standard normal y make draws of w on the way forward (:class:`Policy`), as the
+feedback of a linear-quadratic regulator controls a motion (Bryson & Ho 1975, section 5.2). The states may be those of
+the real motion: what it does besides what is linear, the later forces make good.
 """
 
 import math
@@ -61,46 +65,75 @@ class Innovations(NamedTuple):
         return Innovations(*(np.repeat(part, n, axis=0) for part in self))
 
 
-class Smoothed(NamedTuple):
-    """What the readings say about white coordinates w, of which the residuals are linear, with the derivatives G."""
+class Policy(NamedTuple):
+    """How white coordinates change knot after knot, of members that have reached some state.
 
-    log_determinants: np.ndarray  # (n_batch,) of G'G + 1
-    white: np.ndarray  # (n_batch, n_axes, n_knots) that fit best, or draws
-    errors: np.ndarray  # (n_batch, n_rows) residuals, at w of zero, times the inverse Cholesky factor of G G' + 1
+    Changes are from where the response was linearised, also those of the state z: n_states, HATS forces of axis after
+    axis, and n_lags predictions of axis after axis.
+    """
+
+    reference: np.ndarray  # (n_batch, n_pieces, n_moved) first states at the ends of pieces there, of which z is less
+    ends: np.ndarray  # (n_batch, n_pieces, n_states, n_columns) derivatives of the state at the end of a piece
+    last: np.ndarray  # as of Innovations, as the gains and roots are
+    gains: np.ndarray
+    roots: np.ndarray
+    levels: np.ndarray  # (n_batch, n_axes, n_knots) at z of zero
+    feedback: np.ndarray  # (n_batch, n_axes, n_knots, n_z); of it, the ends and innovations one for all may do
+
+    def followed(self) -> np.ndarray:
+        """(n_batch, n_axes, n_knots) the changes, if the motion is linear."""
+        shocks = np.empty(self.levels.shape)
+        _follow(self, shocks)
+        return shocks
 
 
-def smooth(
+def _members(pieces: Pieces, features: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Ends and rows of members by their features (n_batch, n_terms), of so many at a time as have room in memory."""
+    shapes = pieces.ends.shape[1:], pieces.rows.shape[1:]
+    terms = [np.ascontiguousarray(part).reshape(len(part), -1) for part in pieces[:2]]
+    step = max(1, _NUMBERS // (terms[0].shape[1] + terms[1].shape[1]))
+    for first in range(0, len(features), step):
+        some = slice(first, first + step)
+        ends, rows = ((features[some] @ part).reshape(-1, *shape) for part, shape in zip(terms, shapes, strict=True))
+        yield some, ends, rows
+
+
+def policy(
     pieces: Pieces,
     features: np.ndarray,
     innovations: Innovations,
     residuals: np.ndarray,
     white: np.ndarray,
-    y: np.ndarray | None = None,
-) -> Smoothed:
-    """Integrate out the white coordinates of each member.
+    y: np.ndarray,
+    reference: np.ndarray,
+) -> tuple[Policy, np.ndarray]:
+    """The policy that makes of standard normal y draws of white coordinates given the readings, and of zero the best.
+
+    The derivatives of the draws by y have the determinant exp(-d / 2), whatever the motion. If it is linear, with the
+    derivatives G of the residuals, d is log det(G'G + 1). The d (n_batch,) come with the policy.
 
     Parameters
     ----------
-    features : (n_batch, n_terms)
+    features : (n_batch, n_terms), or (1, n_terms) of members that are alike, and the innovations too
     residuals : (n_batch, n_rows) at the white coordinates
     white : (n_batch, n_axes, n_knots), about which the response is linear
-    y : (n_batch, n_axes, n_knots), standard normal, for draws in place of the best
+    y : (n_batch, n_axes, n_knots)
+    reference : as of the policy
     """
-    n_terms, n = pieces.rows.shape[0], len(white)
-    found, errors, log_determinants = np.empty(white.shape), np.array(residuals), np.empty(n)
-    shapes = pieces.ends.shape[1:], pieces.rows.shape[1:]
-    terms = [np.ascontiguousarray(part).reshape(n_terms, -1) for part in pieces[:2]]
-    step = max(1, _NUMBERS // (terms[0].shape[1] + terms[1].shape[1]))
-    for first in range(0, n, step):
-        some = slice(first, first + step)
-        ends, rows = ((features[some] @ part).reshape(-1, *shape) for part, shape in zip(terms, shapes, strict=True))
-        given = [np.ascontiguousarray(part[some]) for part in (*innovations, residuals, white)]
-        noise = given[-1] if y is None else np.ascontiguousarray(y[some])
-        _smooth(
-            ends, rows, *given, noise, y is not None, pieces.order, pieces.firsts, log_determinants[some], found[some],
-            errors[some],
+    n_different, n_axes, n_knots, n_lags = innovations.gains.shape
+    n_z = pieces.ends.shape[3] + n_axes * n_lags
+    levels, feedback = np.empty(white.shape), np.empty((n_different, n_axes, n_knots, n_z))
+    each, log_determinants, first = [], np.empty(n_different), (n_different, -1)
+    alike = [part.reshape(*first, *part.shape[1:]) for part in (residuals, white, y, levels)]
+    for some, ends, rows in _members(pieces, features):
+        given = [np.ascontiguousarray(part[some]) for part in (*innovations, *alike[:3])]
+        _plan(
+            ends, rows, *given, pieces.order, pieces.firsts, log_determinants[some], alike[3][some], feedback[some]
         )  # fmt: skip
-    return Smoothed(log_determinants, found, errors)
+        each.append(ends)
+    last, gains, roots = map(np.ascontiguousarray, innovations)
+    law = Policy(np.ascontiguousarray(reference), np.concatenate(each), last, gains, roots, levels, feedback)
+    return law, np.repeat(log_determinants, len(white) // n_different)
 
 
 def causes(pieces: Pieces, forces: np.ndarray) -> Iterator[np.ndarray]:
@@ -166,65 +199,12 @@ def _dot(x, y):
 
 
 @inline
-def _update(row, residual, mean, spread, gain):
-    """Take a reading; gain (n,), error and variance of what it could not foresee."""
-    n_columns, n = len(row), len(mean)
-    across = np.zeros(n)
-    for j in range(n_columns):
-        _add(row[j], spread[j], across)
-    variance = 1.0 + _dot(row, across[:n_columns])
-    error = -residual - _dot(row, mean[:n_columns])
-    for i in range(n):
-        gain[i] = across[i] / variance
-    _add(error, gain, mean)
-    for i in range(n):
-        _add(-across[i], gain, spread[i])
-    return error, variance
-
-
-@inline
-def _undo(row, gain, error, variance, slope, curvature, draws):
-    """Take a reading back: what comes later and it, by the state before it."""
-    n_columns, n = len(row), len(slope)
-    _add(error / variance - _dot(gain, slope), row, slope[:n_columns])
-    if not draws:
-        return
-    onto = np.zeros(n)
-    for i in range(n):
-        _add(gain[i], curvature[i], onto)
-    own = 1.0 / variance + _dot(gain, onto)
-    for i in range(n_columns):
-        _add(-row[i], onto, curvature[i])
-        _add(own * row[i] - onto[i], row, curvature[i, :n_columns])
-    for i in range(n_columns, n):
-        _add(-onto[i], row, curvature[i, :n_columns])
-
-
-@inline
-def _advance(end, mean, spread):
-    """From the start of a piece to its end."""
-    n_states, n_columns = end.shape
-    moved, state = np.zeros((n_states, len(mean))), np.empty(n_states)
-    for k in range(n_states):
-        state[k] = _dot(end[k], mean[:n_columns])
-        for i in range(n_columns):
-            _add(end[k, i], spread[i], moved[k])
-    for k in range(n_states):
-        mean[k] = state[k]
-        for j in range(n_states, len(mean)):
-            spread[k, j] = spread[j, k] = moved[k, j]
-        for m in range(n_states):
-            spread[k, m] = _dot(moved[k, :n_columns], end[m])
-
-
-@inline
-def _retreat(end, slope, curvature, draws):
+def _retreat(end, slopes, curvature):
     """From the end of a piece to its start."""
     n_states, n_columns = end.shape
-    _transposed(end, slope)
-    if not draws:
-        return
-    for i in range(len(slope)):
+    for i in range(len(slopes)):
+        _transposed(end, slopes[i])
+    for i in range(len(curvature)):
         _transposed(end, curvature[i])
     moved = curvature[:n_states].copy()
     curvature[:n_states] = 0.0
@@ -278,97 +258,110 @@ def _noise(noise, first, lags, root, gain):
 
 
 @inline
-def _inject(knot, n_states, n_columns, last, gains, roots, white, mean, spread, noise):
-    """The forces of a knot become part of the state, and those of the first knot leave it."""
-    n_axes, n_knots, n_lags = gains.shape
-    lives = knot < n_knots
-    for a in range(n_axes):
-        first, lags = n_states + HATS * a, n_columns + a * n_lags
-        _shift(mean, first, lags, last[a], lives)
-        for i in range(len(mean)):
-            _shift(spread[i], first, lags, last[a], lives)
-        for i in range(len(mean)):
-            _shift(spread[:, i], first, lags, last[a], lives)
-        if lives:
-            _noise(noise, first, lags, roots[a, knot], gains[a, knot])
-            _add(-white[a, knot], noise, mean)
-            _add(roots[a, knot], noise, spread[first + HATS - 1])
-            for i in range(n_lags):
-                _add(gains[a, knot, i], noise, spread[lags + i])
+def _choose(knot, n_states, n_columns, last, gains, roots, white, y, slopes, curvature, levels, feedback, noise):
+    """How the white coordinates of a knot follow the state, and what comes later by the state before it.
 
-
-@inline
-def _withdraw(
-    knot, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across
-):  # fmt: skip
-    """The white coordinates of a knot, and what comes later by the state before it."""
+    Later readings have minus half a square form of the state, its `curvature`, plus the slope times the state as
+    their log density, with slopes of each of some members that are alike. Returns the log determinant of the
+    precisions.
+    """
     n_axes, n_knots, n_lags = gains.shape
-    lives = knot < n_knots
+    lives, log_determinant = knot < n_knots, 0.0
     for a in range(n_axes - 1, -1, -1):
         first, lags = n_states + HATS * a, n_columns + a * n_lags
         if lives:
             _noise(noise, first, lags, roots[a, knot], gains[a, knot])
-            found[a, knot] = _dot(noise, slope)
-        if lives and draws:
+            across = feedback[a, knot]
             across[:] = 0.0
             _add(roots[a, knot], curvature[first + HATS - 1], across)
             for i in range(n_lags):
                 _add(gains[a, knot, i], curvature[lags + i], across)
-            left = 1.0 - _dot(noise, across)
-            deviation = math.sqrt(left) * given[a, knot]
-            found[a, knot] += deviation
-        _unshift(slope, first, lags, last[a], lives)
-        if not draws:
-            continue
-        for i in range(len(slope)):
-            _unshift(curvature[i], first, lags, last[a], lives)
-        for i in range(len(slope)):
-            _unshift(curvature[:, i], first, lags, last[a], lives)
-        if lives:
-            _unshift(across, first, lags, last[a], lives)
-            _add(-deviation / left, across, slope)
+            precision = 1.0 + _dot(noise, across)
+            log_determinant += math.log(precision)
+            for m in range(len(slopes)):
+                best = (_dot(noise, slopes[m]) - white[m, a, knot]) / precision
+                levels[m, a, knot] = best + y[m, a, knot] / math.sqrt(precision)
+                _add(-best, across, slopes[m])
             for i in range(len(across)):
-                _add(across[i] / left, across, curvature[i])
+                across[i] /= -precision
+            for i in range(len(across)):
+                _add(-precision * across[i], across, curvature[i])
+        for m in range(len(slopes)):
+            _unshift(slopes[m], first, lags, last[a], lives)
+        for i in range(len(curvature)):
+            _unshift(curvature[i], first, lags, last[a], lives)
+        for i in range(len(curvature)):
+            _unshift(curvature[:, i], first, lags, last[a], lives)
+    return log_determinant
 
 
 @jit
-def _smooth_one(ends, rows, last, gains, roots, residuals, white, given, draws, order, firsts, found, errors):
+def _plan_one(ends, rows, last, gains, roots, residuals, white, y, order, firsts, levels, feedback):
     n_pieces, n_states, n_columns = ends.shape
     n_axes, n_knots, n_lags = gains.shape
-    n = n_columns + n_axes * n_lags
-    mean, spread, noise, across = np.zeros(n), np.zeros((n, n)), np.zeros(n), np.zeros(n)
-    kept_gain, kept_error, kept_variance = np.empty((len(order), n)), np.empty(len(order)), np.empty(len(order))
-    log_determinant = 0.0
-    for j in range(min(HATS, n_knots)):
-        _inject(j, n_states, n_columns, last, gains, roots, white, mean, spread, noise)
-    for k in range(n_pieces):
-        for i in range(firsts[k], firsts[k + 1]):
-            error, variance = _update(rows[order[i]], residuals[order[i]], mean, spread, kept_gain[i])
-            kept_error[i], kept_variance[i] = error, variance
-            errors[order[i]] = -error / math.sqrt(variance)
-            log_determinant += math.log(variance)
-        _advance(ends[k], mean, spread)
-        _inject(k + HATS, n_states, n_columns, last, gains, roots, white, mean, spread, noise)
-    # Back: `slope` is the gradient of the log density of what comes later by the state, `curvature` its information.
-    slope, curvature = np.zeros(n), np.zeros((n, n))
+    n, log_determinant = n_columns + n_axes * n_lags, 0.0
+    slopes, curvature, noise = np.zeros((len(white), n)), np.zeros((n, n)), np.zeros(n)
     for k in range(n_pieces - 1, -1, -1):
-        _withdraw(
-            k + HATS, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across
+        log_determinant += _choose(
+            k + HATS, n_states, n_columns, last, gains, roots, white, y, slopes, curvature, levels, feedback, noise
         )
-        _retreat(ends[k], slope, curvature, draws)
-        for i in range(firsts[k + 1] - 1, firsts[k] - 1, -1):
-            _undo(rows[order[i]], kept_gain[i], kept_error[i], kept_variance[i], slope, curvature, draws)
+        _retreat(ends[k], slopes, curvature)
+        for i in range(firsts[k], firsts[k + 1]):
+            row = rows[order[i]]
+            for m in range(len(slopes)):
+                _add(-residuals[m, order[i]], row, slopes[m, :n_columns])
+            for j in range(n_columns):
+                _add(row[j], row, curvature[j, :n_columns])
     for j in range(min(HATS, n_knots) - 1, -1, -1):
-        _withdraw(j, n_states, n_columns, last, gains, roots, given, draws, slope, curvature, found, noise, across)
+        log_determinant += _choose(
+            j, n_states, n_columns, last, gains, roots, white, y, slopes, curvature, levels, feedback, noise
+        )
     return log_determinant
 
 
 @jit(threads=True)
-def _smooth(
-    ends, rows, last, gains, roots, residuals, white, given, draws, order, firsts, log_determinants, found, errors
+def _plan(
+    ends, rows, last, gains, roots, residuals, white, y, order, firsts, log_determinants, levels, feedback
 ):  # fmt: skip
     for k in prange(len(ends)):
-        log_determinants[k] = _smooth_one(
-            ends[k], rows[k], last[k], gains[k], roots[k], residuals[k], white[k], given[k], draws, order, firsts,
-            found[k], errors[k],
+        log_determinants[k] = _plan_one(
+            ends[k], rows[k], last[k], gains[k], roots[k], residuals[k], white[k], y[k], order, firsts, levels[k],
+            feedback[k],
         )  # fmt: skip
+
+
+@inline
+def decide(policy, member, knot, state, shocks):
+    """The white coordinates of a knot of a member, by its state (n_z,), of which their forces become part."""
+    _, n_axes, n_knots, n_lags = policy.gains.shape
+    n_states, n_columns = policy.ends.shape[2:]
+    lives, of = knot < n_knots, min(member, len(policy.feedback) - 1)
+    for a in range(n_axes):
+        first, lags = n_states + HATS * a, n_columns + a * n_lags
+        _shift(state, first, lags, policy.last[of, a], lives)
+        if lives:
+            shock = policy.levels[member, a, knot] + _dot(policy.feedback[of, a, knot], state)
+            shocks[a, knot] = shock
+            state[first + HATS - 1] += policy.roots[of, a, knot] * shock
+            _add(shock, policy.gains[of, a, knot], state[lags : lags + n_lags])
+
+
+@inline
+def proceed(policy, member, piece, state):
+    """The state (n_z,) goes to the end of a piece, as if the motion were linear."""
+    n_states, n_columns = policy.ends.shape[2:]
+    before, of = state[:n_columns].copy(), min(member, len(policy.ends) - 1)
+    for k in range(n_states):
+        state[k] = _dot(policy.ends[of, piece, k], before)
+
+
+@jit
+def _follow(policy, shocks):
+    _, _, n_knots, n_z = policy.feedback.shape
+    for member in range(len(shocks)):
+        state = np.zeros(n_z)
+        for knot in range(min(HATS, n_knots)):
+            decide(policy, member, knot, state, shocks[member])
+        for piece in range(policy.ends.shape[1]):
+            proceed(policy, member, piece, state)
+            decide(policy, member, piece + HATS, state, shocks[member])

@@ -223,7 +223,7 @@ class StageChanges:
     Most are amounts of what a unit of each adds. An actuator that has a delay or a lag of a member's own adds what that
     makes of its history instead, and the biases and scales of this actuator go into it. `varied` are n_varied
     parameters of actuators, those of the histories, and after them forces at the knots. The `variations` are what a
-    unit of each of :meth:`numbers` adds.
+    unit of each of :meth:`numbers` adds, of which `n_before` come before the forces.
     """
 
     def __init__(
@@ -242,6 +242,7 @@ class StageChanges:
         self._individual = np.array([positions.get(name) in histories.individual for name in varied], dtype=bool)
         others = tuple(name for name, individual in zip(varied, self._individual, strict=True) if not individual)
         first = len(others)
+        self.n_before = first - (0 if knots is None else len(knots.parameters))
         individual = ((stages, first + numbers, *rest) for stages, numbers, *rest in histories.individual_entries())
         self.variations = self._variations([*self._entries(others, np.zeros(self._n_of_actuators)), *individual])
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,10 @@ from bayesub.model.equations.generate import EXTERNAL
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
+
+if TYPE_CHECKING:
+    from bayesub.kernels.kalman import Policy
+    from bayesub.kernels.steering import Steering
 
 STATUS = ("ok", "diverged", "left_envelope")
 MAX_SPEED_RATIO = 10.0  # a member faster than this many times the trial speed has diverged
@@ -225,6 +229,7 @@ class Simulator:
         outputs: tuple[str, ...] = log_files.STATES,
         parallel: bool = True,
         times: np.ndarray | None = None,
+        steering: "Steering | None" = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Simulate a batch of coefficient sets (n_batch, n_terms).
 
@@ -233,6 +238,7 @@ class Simulator:
         that vary differ, and forces at the knots (N, N m); by default not at all. `outputs` are short names of the
         states and accelerations that are wanted. Output times (n_times,), s, do not descend, and none is after the last
         of the simulator; by default they are its own. A large batch is shared among threads, if it may be `parallel`.
+        Of forces at the knots that are chosen on the way the `steering` is filled in (:meth:`steering`).
 
         Returns
         -------
@@ -256,11 +262,35 @@ class Simulator:
             np.array(log_files.positions(*outputs)),
             quaternions=self.attitude == "quaternion",
             parallel=parallel,
+            **({} if steering is None else {"steering": steering}),
         )
         if self.attitude == "quaternion":
             angles = np.isin(outputs, log_files.ANGLES)
             states[..., angles] = np.unwrap(states[..., angles], axis=1)
         return states, status
+
+    def steering(self, n_batch: int, policy: "Policy | None", axes: list[int], n_axes: int) -> "Steering":
+        """Looks at the states of members at the ends of :meth:`pieces`, and their forces by a policy if there is one.
+
+        Of its n_axes those of the knots are the given ones.
+        """
+        from bayesub.kernels.steering import FREE, Steering  # loads the compiler
+
+        knots, rows = self.knots, np.array(log_files.positions(*MOVING[self.subproblem]))
+        assert knots is not None
+        n_knots = len(knots.times)
+        places = np.full((n_axes, n_knots), -1)
+        numbers = self._stage_changes.n_before + np.arange(len(axes) * n_knots)
+        places[axes] = numbers.reshape(len(axes), n_knots)
+        seen = np.full((n_batch, n_knots - 1, len(rows)), np.nan)
+        shocks = np.zeros((0, 0, 0)) if policy is None else np.full(policy.levels.shape, np.nan)
+        return Steering(self._restarts, rows, places, seen, shocks, *(FREE if policy is None else policy))
+
+    @property
+    def _restarts(self) -> np.ndarray:
+        """(n_pieces,) steps at whose start a piece ends."""
+        assert self.knots is not None
+        return np.ceil(self.knots.times[1:] / self.step * (1 - 1e-12)).astype(int)
 
     def accelerations(self, xi: np.ndarray, states: np.ndarray) -> np.ndarray:
         """Body accelerations (n_batch, n_times, 6) of coefficient sets `xi` along `states` at the output times."""
@@ -355,8 +385,7 @@ class Simulator:
                 starts,
             )
             variations = by_knot._replace(numbers=HATS * axis + knot % HATS)
-            restarts = np.ceil(knots.times[1:] / self.step * (1 - 1e-12)).astype(int)
-            self._hats = variations, slots, columns, restarts
+            self._hats = variations, slots, columns, self._restarts
         variations, slots, columns, restarts = self._hats
         times = self.times if times is None else times
         derivatives, ends = self.kernels.sensitivities(

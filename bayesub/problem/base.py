@@ -187,7 +187,7 @@ class PosteriorDensity(Viewed):
         """Counts of what this problem and its views have computed."""
         raise NotImplementedError
 
-    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
+    def log_likelihoods(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
         raise NotImplementedError
 
@@ -213,9 +213,9 @@ class PosteriorDensity(Viewed):
         """(n_batch,) log prior densities."""
         return self.prior.log_density(np.atleast_2d(parameters))
 
-    def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch,) log likelihoods, -inf where a simulation failed."""
-        return sum(self.log_likelihoods(parameters).values(), np.zeros(()))
+    def log_likelihood(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> np.ndarray:
+        """(n_batch,) log likelihoods, -inf where a simulation failed, from what is predicted if that is known."""
+        return sum(self.log_likelihoods(parameters, predicted).values(), np.zeros(()))
 
     def log_prob(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log posterior densities, not normalised."""

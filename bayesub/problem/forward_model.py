@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,10 @@ from bayesub.problem.nuisance import CURRENTS, ON_READINGS, Nuisance, Nuisances
 from bayesub.sensors.current import Water, over_ground
 from bayesub.sensors.measurement import Arms, MeasurementModel
 from bayesub.sensors.record import Record
+
+if TYPE_CHECKING:
+    from bayesub.kernels.kalman import Policy
+    from bayesub.kernels.steering import Steering
 
 
 class Currents:
@@ -166,15 +170,21 @@ class ReadingTimes:
         """(n_batch, n_times) of values (n_batch, n_nuisances), s; None if they are those of the simulator for all."""
         return self._mounting.times(self._measurement, values) if self._mounting.clocks else None
 
-    def outputs(self, sets: np.ndarray, times: np.ndarray | None, given: Given) -> tuple[np.ndarray, np.ndarray]:
+    def outputs(
+        self, sets: np.ndarray, times: np.ndarray | None, given: Given, steering: "Steering | None" = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Outputs (n_batch, n_times, n_measured) in the water of coefficient sets, and status codes (n_batch,)."""
         run, measured = self._simulator.run, self._measurement.measured
         if times is None:
-            return run(sets, **given, outputs=measured)
+            return run(sets, **given, outputs=measured, steering=steering)
         pieces = self._dense.pieces(times)
         looked = np.unique(pieces)
-        outputs, status = run(sets, **given, outputs=measured, times=self._dense.looks(looked))
+        outputs, status = run(sets, **given, outputs=measured, times=self._dense.looks(looked), steering=steering)
         return self._dense.at(times, pieces, looked, outputs), status
+
+    def steering(self, *arguments: Any) -> "Steering":
+        """As :meth:`bayesub.model.simulator.Simulator.steering`."""
+        return self._simulator.steering(*arguments)
 
     def rates(self, sets: np.ndarray, times: np.ndarray, given: Given) -> np.ndarray:
         """(n_times, n_measured) derivatives of the outputs of one member by time."""
@@ -309,12 +319,36 @@ class ForwardModel:
 
         The readings are not a number where the simulation failed.
         """
+        return self._flown(sets, values, None)[:2]
+
+    def _flown(self, sets, values, steering, shocks=None):
+        """Readings, status codes, and values whose white coordinates differ by shocks, or by those of a steering."""
         times = self._readings.times(values)
         with self.costs.timed():
-            outputs, status = self._readings.outputs(sets, times, self._given(values))
+            outputs, status = self._readings.outputs(sets, times, self._given(values), steering)
+        shocks = steering.shocks if shocks is None and steering is not None else shocks
+        if shocks is not None and len(shocks):
+            values = values.copy()
+            white = slice(self._histories.stop - shocks[0].size, self._histories.stop)
+            values[:, white] += shocks.reshape(len(values), -1)
         predicted = self._read(outputs, values, times)
         predicted[status != 0] = np.nan
-        return predicted, status
+        return predicted, status, values
+
+    def flown(
+        self, sets: np.ndarray, values: np.ndarray, policy: "Policy | None"
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """:meth:`predicted`, the values with forces that follow a policy, and states seen (n_batch, n_pieces, n_moved).
+
+        The states are those of the motion, at the ends of :meth:`pieces`.
+        """
+        axes = self.disturbances.unknown.axes
+        if self.simulator.knots is None:  # a current alone, in which the motion is the same
+            shocks = None if policy is None else policy.followed()
+            seen = np.zeros((len(values), len(self.disturbances.knots.times) - 1, 0))
+            return *self._flown(sets, values, None, shocks), seen
+        steering = self._readings.steering(len(values), policy, self.disturbances.members(AXES), len(axes))
+        return *self._flown(sets, values, steering), steering.seen
 
     def _read(self, outputs, values, times, history: ForceHistory | None = None) -> np.ndarray:
         """(n_batch, n_readings) of outputs (n_batch, n_times, n_measured) in the water, at own times or None."""

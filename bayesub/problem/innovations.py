@@ -113,8 +113,8 @@ def _recursion(last, gamma, gains, roots):
                     spread[i, k] = value + gains[m, j, i] * gains[m, j, k]
 
 
-def factor(kind: str, interval: float, n_knots: int, time: float) -> np.ndarray:
+def factor(kind: str, interval: float, n_knots: int, time: float, n_lags: int | None = None) -> np.ndarray:
     """(n_knots, n_knots) lower triangular: forces of unit sd are it times white coordinates."""
-    sequences = innovations(kind, interval, n_knots, np.array([time]))
+    sequences = innovations(kind, interval, n_knots, np.array([time]), n_lags)
     unit = Innovations(*(np.repeat(part[:, None], n_knots, axis=0) for part in sequences))
     return unit.forces(np.eye(n_knots)[:, None])[:, 0].T

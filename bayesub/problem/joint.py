@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from bayesub.problem.distributions import Prior, joined
 from bayesub.problem.disturbances import History
 from bayesub.problem.nuisance import of_boat, of_instrument
 from bayesub.problem.trial_problem import TrialProblem
+
+if TYPE_CHECKING:
+    from bayesub.kernels.kalman import Policy
 
 
 class JointProblem(PosteriorDensity):
@@ -90,10 +93,31 @@ class JointProblem(PosteriorDensity):
         for trial, problem in self.problems.items():
             yield trial, problem, parameters[..., self._places[trial]]
 
-    def _of_trials(self, method, parameters, *arguments):
-        """The results of a method for each trial at parameters (n_batch, n_params)."""
-        parameters = np.atleast_2d(parameters)
-        return [getattr(problem, method)(values, *arguments) for _, problem, values in self.each_trial(parameters)]
+    def _of_trials(self, method, parameters, predicted=None, centre=None, **arguments):
+        """The results of a method for each trial at parameters (n_batch, n_params), from what is predicted there."""
+        ends = np.cumsum([len(problem.readings) for problem in self.problems.values()])[:-1]
+        parts = [None] * len(self.problems) if predicted is None else np.split(predicted, ends, axis=1)
+        results = []
+        for (trial, problem, values), part in zip(self.each_trial(np.atleast_2d(parameters)), parts, strict=True):
+            about = () if centre is None else (centre[self._places[trial]],)
+            known = () if part is None else (part,)
+            results.append(getattr(problem, method)(*about, values, *known, **arguments))
+        return results
+
+    def flown(
+        self, parameters: np.ndarray, policies: "Sequence[Policy] | None" = None
+    ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+        """Parameters and readings of members whose forces follow policies, trial after trial, and states on the way."""
+        own, full, readings, states = None if policies is None else iter(policies), parameters.copy(), [], []
+        for trial, problem, values in self.each_trial(parameters):
+            if not problem.histories:
+                readings.append(problem.predicted(values))
+                continue
+            flown, predicted, seen = problem.flown(values, None if own is None else [next(own)])
+            full[:, self._places[trial]] = flown
+            readings.append(predicted)
+            states += seen
+        return full, np.concatenate(readings, axis=1), states
 
     def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings), trial after trial."""
@@ -114,20 +138,21 @@ class JointProblem(PosteriorDensity):
             for history in problem.histories
         )
 
-    def residuals(self, parameters: np.ndarray) -> np.ndarray:
+    def residuals(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> np.ndarray:
         """(n_batch, n_rows), trial after trial."""
-        return np.concatenate(self._of_trials("residuals", parameters), axis=1)
+        return np.concatenate(self._of_trials("residuals", parameters, predicted), axis=1)
 
-    def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def misfit_about(
+        self, centre: np.ndarray, parameters: np.ndarray, predicted: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) with the noise as at `centre` (n_params,), and log likelihoods (n_batch,)."""
-        pairs = zip(self.each_trial(centre), self.each_trial(np.atleast_2d(parameters)), strict=True)
-        each = [problem.misfit_about(middle, values) for (*_, middle), (_, problem, values) in pairs]
-        residuals, log_likelihoods = zip(*each, strict=True)
+        results = self._of_trials("misfit_about", parameters, predicted, centre)
+        residuals, log_likelihoods = zip(*results, strict=True)
         return np.concatenate(residuals, axis=1), np.sum(log_likelihoods, axis=0)
 
-    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def misfit(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,)."""
-        residuals, deviances = zip(*self._of_trials("misfit", parameters), strict=True)
+        residuals, deviances = zip(*self._of_trials("misfit", parameters, predicted), strict=True)
         return np.concatenate(residuals, axis=1), np.sum(deviances, axis=0)
 
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
@@ -160,9 +185,9 @@ class JointProblem(PosteriorDensity):
         """The joint problem of all other trials; InputError if there is none."""
         return JointProblem({name: problem for name, problem in self.problems.items() if name != trial})
 
-    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
+    def log_likelihoods(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
-        return self._by_channel(self._of_trials("log_likelihoods", parameters))
+        return self._by_channel(self._of_trials("log_likelihoods", parameters, predicted))
 
     def _by_channel(self, contents) -> dict:
         """Channel and trial -> content, from one dictionary by channel a trial."""
@@ -171,11 +196,11 @@ class JointProblem(PosteriorDensity):
 
     def quantile_residuals(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """(n_batch, n) quantile residuals of each channel of each trial, as ``yaw[first]``."""
-        return self._by_channel(self._of_trials("quantile_residuals", parameters, rng))
+        return self._by_channel(self._of_trials("quantile_residuals", parameters, rng=rng))
 
     def replicated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(n_batch, n_readings) readings that each member could have made, trial after trial."""
-        return np.concatenate(self._of_trials("replicated", parameters, rng), axis=1)
+        return np.concatenate(self._of_trials("replicated", parameters, rng=rng), axis=1)
 
 
 def _stacked(blocks, n_columns) -> np.ndarray:

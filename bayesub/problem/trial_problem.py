@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.likelihood import Likelihood
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior
+
+if TYPE_CHECKING:
+    from bayesub.kernels.kalman import Policy
 
 
 class FlownTrial(PosteriorDensity):
@@ -76,6 +79,31 @@ class FlownTrial(PosteriorDensity):
         It is through the water, of the vehicle from the start of the manoeuvre, without nuisance parameters.
         """
         return self.forward.simulator.trajectory(self.coefficient_sets(parameters))
+
+    def predicted(self, parameters: np.ndarray) -> np.ndarray:
+        """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.
+
+        Headings of a log, which are known up to whole turns, are on the turn that is nearest to the reading.
+        """
+        return self._counted(*self.forward.predicted(*self.arguments(np.atleast_2d(parameters))))
+
+    def _counted(self, predicted, status):
+        self.forward.count(status)
+        self.forward.measurement.to_nearest_turn(predicted, self.readings)
+        return predicted
+
+    def flown(
+        self, parameters: np.ndarray, policies: "Sequence[Policy] | None" = None
+    ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+        """Parameters and readings of members (n_batch, n_params) whose forces follow a policy, and states on the way.
+
+        As :meth:`bayesub.inference.interface.Forced.flown` has it.
+        """
+        policy = None if policies is None else policies[0]
+        predicted, status, values, seen = self.forward.flown(*self.arguments(parameters), policy)
+        parameters = parameters.copy()
+        parameters[:, self.n_coefficients :] = values[:, self.inferred]
+        return parameters, self._counted(predicted, status), [seen]
 
     def motion(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
@@ -185,49 +213,42 @@ class TrialProblem(FlownTrial):
         process = np.flatnonzero([of_process(name) for name in self.names])
         return (History(slice(0, self.n_rows), white, process, self, np.arange(self.n_params)),)
 
-    def predicted(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.
-
-        Headings of a log, which are known up to whole turns, are on the turn that is nearest to the reading.
-        """
-        predicted, status = self.forward.predicted(*self.arguments(np.atleast_2d(parameters)))
-        self.forward.count(status)
-        self.forward.measurement.to_nearest_turn(predicted, self.readings)
-        return predicted
-
-    def _both(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _both(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Predictions (n_batch, n_readings) and nuisance values (n_batch, n_nuisances), of which the likelihood is."""
         parameters = np.atleast_2d(parameters)
-        return self.predicted(parameters), self.nuisance_values(parameters)
+        return self.predicted(parameters) if predicted is None else predicted, self.nuisance_values(parameters)
 
-    def residuals(self, parameters: np.ndarray) -> np.ndarray:
+    def residuals(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> np.ndarray:
         """(n_batch, n_rows) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
 
         Otherwise scores over the root of the information (:class:`bayesub.problem.noise.Noise`), so that with
         :meth:`jacobian` they make the gradient of minus the log likelihood. There is a row for
-        each reading, and after those one for each parameter of the noise.
+        each reading, and after those one for each parameter of the noise. Nothing is simulated if it is known what is
+        predicted.
         """
-        return self.likelihood.residuals(*self._both(parameters))
+        return self.likelihood.residuals(*self._both(parameters, predicted))
 
-    def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def misfit_about(
+        self, centre: np.ndarray, parameters: np.ndarray, predicted: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(n_batch, n_rows) residuals with the noise as it is at `centre` (n_params,), and log likelihoods (n_batch,).
 
         In the logarithms of the parameters of the noise the sum of squared residuals then follows the deviance to
         second order, as an emulator needs it. That of :meth:`residuals` does not: each reading is divided by the sd,
         but what the density loses by a larger sd is in none of them.
         """
-        predicted, values = self._both(parameters)
+        predicted, values = self._both(parameters, predicted)
         centres = self.nuisance_values(np.broadcast_to(centre, np.atleast_2d(parameters).shape))
         log_likelihoods = sum(self.likelihood.log_densities(predicted, values).values(), np.zeros(()))
         return self.likelihood.residuals(predicted, values, centres), log_likelihoods
 
-    def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def misfit(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,), infinite where the simulation failed.
 
         A deviance is the sum over the channels of :meth:`bayesub.problem.noise.Noise.deviance`: the sum of squared
         residuals where the noise is normal and known.
         """
-        predicted, values = self._both(parameters)
+        predicted, values = self._both(parameters, predicted)
         residuals = self.likelihood.residuals(predicted, values)
         return residuals, self.likelihood.deviances(residuals, predicted, values)
 
@@ -294,9 +315,9 @@ class TrialProblem(FlownTrial):
         # Known normal noise weighs the same wherever the prediction is, and needs no simulation for it.
         return self.readings[None] if self.likelihood.weighs_alike else self.forward.predicted(sets, values)[0]
 
-    def log_likelihoods(self, parameters: np.ndarray) -> dict[str, np.ndarray]:
+    def log_likelihoods(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel to the log likelihood, by name."""
-        return self.likelihood.log_densities(*self._both(parameters))
+        return self.likelihood.log_densities(*self._both(parameters, predicted))
 
     def quantile_residuals(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Channel -> (n_batch, n) quantile residuals of those channels whose noise has a density.

@@ -36,7 +36,7 @@ FINER = 10  # steps of the truth in one of the fit
 _DRAWS, _ROUNDS = 200, (2, 40)  # of importance sampling
 # Effective draws. With a hundred, sds of 24 parameters were a fifth too small.
 _ENOUGH, _TOO_FEW = 400.0, 20.0
-_FITS = 3  # rounds before which the response to forces is fitted
+_FITS = 2  # rounds before which the response to forces is fitted
 _FREEDOM = 8.0  # of the t distributions that propose
 _FEW = 3.0  # effective draws for each parameter, with which the next proposal is half theirs
 _LEAST_CORRELATED = 0.1  # correlation of neighbouring residuals that is slow noise

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bayesub.findings.coefficient_examinations import number_or_none as finite
 from bayesub.inference import identifiability
 from bayesub.inference.baselines import sqp
-from bayesub.inference.identifiability import Cancellation, Collinearity, Contribution, Profile, Spectrum
+from bayesub.inference.identifiability import Spectrum
 from bayesub.model.linear_form import LinearSystem, linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
@@ -15,6 +16,10 @@ from bayesub.model.vehicles import load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
+from ill_conditioning.collinearity import Collinearity, collinearity
+from ill_conditioning.contribution import Cancellation, Contribution, cancellation, contribution
+from ill_conditioning.profile import Profile, profile
+from ill_conditioning.sds import alone_sd, cramer_rao_sd, held_sd, null_part, sharper_sensors
 from thesis.cases import length_scale, time_scale
 
 POSITION_SD, ATTITUDE_SD, INTERVAL = 0.5, 0.1, 1.0  # m, deg, s, on suboff
@@ -60,12 +65,12 @@ class Conditioning:
         s = self.spectrum
         size = np.abs(s.values)
         columns = {
-            "alone": s.alone_sd / size,
-            "cramer_rao": s.cramer_rao_sd / size,
-            "null_held": s.held_sd / size,
+            "alone": alone_sd(s) / size,
+            "cramer_rao": cramer_rao_sd(s) / size,
+            "null_held": held_sd(s) / size,
             "posterior": s.posterior_sd / size,
-            "null_part": s.null_part,
-            "sharper_sensors": s.sharper_sensors(KNOWN),
+            "null_part": null_part(s),
+            "sharper_sensors": sharper_sensors(s, KNOWN),
             "cost_at_25_percent": self.contribution.costs[0],
             "cost_at_99_percent": self.contribution.costs[1],
         }
@@ -106,11 +111,6 @@ class Conditioning:
         return arrays
 
 
-def finite(value) -> float | None:
-    """A number for JSON."""
-    return float(value) if np.isfinite(value) else None
-
-
 def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:
     """Everything that is asked of one vehicle on one manoeuvre.
 
@@ -135,12 +135,12 @@ def analyse(vehicle: str, manoeuvre: str, converged: float) -> Conditioning:
     present = set(REGRESSORS) <= set(surge.names)
     return Conditioning(
         spectrum=spectrum,
-        collinearity={a: identifiability.collinearity(s, null.ranks[a].null_vectors) for a, s in systems.items()},
-        contribution=identifiability.contribution(cost, at),
+        collinearity={a: collinearity(s, null.ranks[a].null_vectors) for a, s in systems.items()},
+        contribution=contribution(cost, at),
         accuracy=float(np.sum(((cost.readings - fine.readings) / cost.sds) ** 2)),
         sqp_cost=sqp_cost,
         times=truth.times,
-        cancellation={axis: identifiability.cancellation(s, changes) for axis, s in systems.items()},
+        cancellation={axis: cancellation(s, changes) for axis, s in systems.items()},
         profiles=extreme_profiles(problem, spectrum, null.vectors),
         regressors=surge.matrix[:, [surge.names.index(n) for n in REGRESSORS]] if present else np.empty((0, 3)),
     )
@@ -182,20 +182,21 @@ def stopped_set(problem: Problem, converged: float) -> tuple[float, dict[str, fl
 def extreme_profiles(problem: Problem, spectrum: Spectrum, null) -> dict[str, Profile]:
     """Profile likelihoods of the coefficients with the extreme verdicts."""
     s, at = spectrum, spectrum.values
-    relative = s.cramer_rao_sd / np.abs(at)
+    bound = cramer_rao_sd(s)
+    relative = bound / np.abs(at)
     unique = np.isfinite(relative)
     chosen = {
         "best known": np.argmin(relative),
-        "most imitated": np.argmax(np.where(unique, s.cramer_rao_sd / s.alone_sd, 0.0)),
+        "most imitated": np.argmax(np.where(unique, bound / alone_sd(s), 0.0)),
         "worst known": np.argmax(np.where(unique, relative, 0.0)),
     }
     if s.n_null:
-        chosen["null direction"] = np.argmax(s.null_part)
+        chosen["null direction"] = np.argmax(null_part(s))
     profiles = {}
     for verdict, k in chosen.items():
-        reach = min(4.0 * s.cramer_rao_sd[k], 0.75 * abs(at[k]))
+        reach = min(4.0 * bound[k], 0.75 * abs(at[k]))
         grid = at[k] + reach * np.linspace(-1.0, 1.0, N_GRID)
-        profiles[verdict] = identifiability.profile(problem, at, s.names[k], grid, null=null)
+        profiles[verdict] = profile(problem, at, s.names[k], grid, null=null)
     return profiles
 
 
@@ -229,13 +230,13 @@ def names_by_axis(numbers: dict) -> dict[str, tuple[str, ...]]:
 
 def restored_collinearity(numbers: dict, arrays: dict) -> dict[str, Collinearity]:
     """Axis -> correlations of its regressors; of the condition indices there is the largest, and no proportions."""
-    collinearity = {}
+    related = {}
     for axis, names in names_by_axis(numbers).items():
         vif = np.array([numbers["vif"][name] for name in names], dtype=float)
         indices = np.array([numbers["condition_index"][axis]])
         correlation = arrays[f"correlation_{axis}"]
-        collinearity[axis] = Collinearity(axis, names, correlation, vif, indices, np.empty((0, len(names))))
-    return collinearity
+        related[axis] = Collinearity(axis, names, correlation, vif, indices, np.empty((0, len(names))))
+    return related
 
 
 def restored_cancellation(numbers: dict, arrays: dict) -> dict[str, Cancellation]:

@@ -27,9 +27,8 @@ SHARE = 0.10  # of its value, to which a coefficient is to be known
 SHARES = (0.05, SHARE)
 STANDARD = ("horizontal", "vertical", "coupled", "comparison", "turning_circle", "zigzag_10_10", "zigzag_20_20")
 KINDS = ("steps", "curves", "random")  # of random manoeuvres: two families, and those of thesis section 8.2
-QUIET = 0.05  # largest amplitude of a harmonic with which a search begins, of the range of the control
 LATE = 0.9  # of a step, when a control has come to rest
-N_KNOTS = {"multisines": 15, "steps": 20}  # of a control in a search; steps hold 30 s on suboff, as the thesis's
+N_KNOTS = {"steps": 20}  # of a control in a search; steps hold 30 s on suboff, as the thesis's
 SMALLEST = 0.05  # of the range of controls, by which a random manoeuvre may be made smaller
 TYPICAL = "coupled"  # manoeuvre that decides the integration step of all that are compared
 START_SIGMA = 0.15  # of a search that starts at the best random manoeuvre
@@ -140,15 +139,8 @@ class Appraiser:
         return kind, family.manoeuvre(SMALLEST ** rng.uniform(0.0, 1.0) * family.start(rng))
 
     def numbers_like(self, manoeuvre: Manoeuvre, kind: str) -> np.ndarray:
-        """(n_dims,) numbers of steps or curves that follow a manoeuvre: its values late in each step, or at knots.
-
-        Harmonics follow nothing: multisines begin small.
-        """
+        """(n_dims,) numbers of steps or curves that follow a manoeuvre: its values late in each step, or at knots."""
         family = self.family(kind)
-        if kind == "multisines":
-            numbers = np.random.default_rng(0).uniform(-1.0, 1.0, (len(family.controls), 2, family.n_knots))
-            numbers[:, 0] = QUIET * (numbers[:, 0] + 1.0) - 1.0  # amplitudes; then phases
-            return numbers.ravel()
         n = family.n_dims // len(family.controls)
         shares = (np.arange(n) + LATE) / n if kind == "steps" else np.linspace(0.0, 1.0, n)
         histories = manoeuvre.log

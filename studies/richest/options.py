@@ -95,16 +95,16 @@ class Option:
     limits: dict = field(default_factory=dict)
     n_manoeuvres: int = 1
 
-    def family(self, kind: str = "steps") -> Family:
-        """The manoeuvres of this option, as many orders a minute whatever the duration."""
+    def family(self) -> Family:
+        """The steps of this option, as many orders a minute whatever the duration."""
         vehicle = self.vehicle()
         limits = usual_limits(vehicle).model_copy(update={"duration_s": DURATION_S} | self.limits)
         limits = Limits(**limits.model_dump(exclude_none=True) | _sizes(vehicle))
         chosen: tuple[Control, ...] = tuple(c for c in controls(vehicle, limits) if c.column in self.moved)
         n_knots = round(KNOTS * limits.duration_s / DURATION_S)
-        return Family(kind, vehicle, limits, chosen, n_knots=n_knots)
+        return Family("steps", vehicle, limits, chosen, n_knots=n_knots)
 
-    def cost(self, step_s: float, sensors: tuple[Sensor, ...] | None = None, kind: str = "steps") -> Cost:
+    def cost(self, step_s: float, sensors: tuple[Sensor, ...] | None = None) -> Cost:
         """Minus the number of coefficients known to ten per cent, within the limits.
 
         Parameters
@@ -113,10 +113,8 @@ class Option:
             Integration step.
         sensors : tuple of Sensor, optional
             By default :func:`log_sensors`.
-        kind : str
-            Of the family.
         """
-        family = self.family(kind)
+        family = self.family()
         judge = Judge(family.vehicle, sensors or log_sensors(), step_s=step_s)
         nobody = np.empty((0, len(family.vehicle.xi)))
         kept = Range(family.vehicle, family.limits, nobody, None, step_s)

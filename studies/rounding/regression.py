@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayesub.inference.baselines import linear_least_squares, total_least_squares
+from bayesub.inference.baselines import linear_least_squares
 from bayesub.model.coefficients import NAMES, columns
 from bayesub.model.linear_form import linear_systems
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulate import simulate
 from bayesub.model.vehicles import Vehicle
+from rounding.total_least_squares import total_least_squares
 from thesis.measured_motion import measure
 
 FITS = ("rounded", "rounded load only", "total least squares")

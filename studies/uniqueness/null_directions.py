@@ -13,6 +13,7 @@ from bayesub.model.vehicles import Vehicle
 from bayesub.problem import priors
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
+from uniqueness.structure import structure
 
 LARGEST = 0.5  # relative change of a coefficient along a null vector
 SPREAD = 0.1  # of coefficient sets about the vehicle's
@@ -78,23 +79,23 @@ def of_tracks(boat: Vehicle, plane: str, manoeuvres, seed: int) -> dict:
         problem = Problem(boat, flown, record, free=SUBPROBLEMS.get(plane, NAMES), prior=prior, xi=xi)
         jacobians.append(problem.jacobian(xi[problem.columns]) * problem.prior.sd)
         systems.append(linear_systems(truth))
-    structure = identifiability.structure(jacobians)
+    seen = structure(jacobians)
     vectors = [
         vector for axis in identifiability.rank(stacked(systems, NAMES)).values() for vector in axis.null_vectors
     ]
     predicted = np.array([[v.get(name, 0.0) for name in problem.names] for v in vectors]) / problem.prior.sd
-    same = len(predicted) == structure.n_structural
+    same = len(predicted) == seen.n_structural
     return {
         "vehicle": boat.name,
         "manoeuvres": list(manoeuvres),
         "seed": seed,
         "n_params": problem.n_params,
-        "structural": structure.n_structural,
-        "practical": structure.n_practical,
-        "alone": dict(zip(manoeuvres, structure.alone, strict=True)),
+        "structural": seen.n_structural,
+        "practical": seen.n_practical,
+        "alone": dict(zip(manoeuvres, seen.alone, strict=True)),
         "predicted": len(predicted),
-        "angle_rad": float(subspace_angles(predicted.T, structure.structural.T).max()) if same else None,
-        "gap": structure.gap,
-        "singular_values": (structure.singular_values / structure.singular_values[0]).tolist(),
-        "threshold": structure.threshold / float(structure.singular_values[0]),
+        "angle_rad": float(subspace_angles(predicted.T, seen.structural.T).max()) if same else None,
+        "gap": seen.gap,
+        "singular_values": (seen.singular_values / seen.singular_values[0]).tolist(),
+        "threshold": seen.threshold / float(seen.singular_values[0]),
     }

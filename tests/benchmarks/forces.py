@@ -22,6 +22,7 @@ from disturbed.trials import cost, read_log  # noqa: E402
 
 SEED = 41
 LONG_S, KNOT_S = 7200.0, 5.0
+STEP_S = 0.2  # of the long one, in which errors of any step are larger than a tenth of the noise
 ZIGZAG = tuple((10.0 + 20.0 * k, 20.0 * (-1.0) ** k) for k in range(round(LONG_S / 20.0)))  # s, degrees
 COLUMNS = {
     "knots": "{n_knots}",
@@ -37,7 +38,8 @@ COLUMNS = {
 
 def measured(log: str, duration_s: float, n_knots: int, max_steps: int) -> dict:
     """What sampling the boat of a log with so many knots an axis takes."""
-    study = strangers.STUDY + f"knot_interval_s = {duration_s / (n_knots - 1):.9g}\n"
+    step = "" if duration_s < LONG_S else f"dt_s = {STEP_S}\n"
+    study = step + strangers.STUDY + f"knot_interval_s = {duration_s / (n_knots - 1):.9g}\n"
     problem, learning = read_log(log, study).problem, []
     learn = sampler.learn_coordinates
 

@@ -6,6 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from llvmlite.binding import get_host_cpu_features
 from numba.core.runtime import _nrt_python, rtsys
 from support.refusals import refused
 
@@ -13,7 +14,7 @@ from bayesub.campaign.executors import Serial
 from bayesub.io.errors import InputError
 from bayesub.kernels.workspace import BODY_ROWS, COEFFICIENTS, INVERSE_MASS, LANES, N_STATES, STATE
 from bayesub.study.before.bench import perturbed, spiral
-from rivals import cluster, comparison, cpp_simulator, jax_simulator, scalar_simulator
+from rivals import arithmetic, cluster, comparison, cpp_simulator, jax_simulator, scalar_simulator
 from rivals.right_hand_side import PYTHON, written
 from rivals.tables import tables
 
@@ -51,6 +52,12 @@ def test_equations_that_are_written_out_are_those_of_the_kernels(full, motions):
                 exec(code, names := {"work": rows, "control": control, "math": math})
             found.append(names["rates"][6:])
         assert np.allclose(found, expected, rtol=1e-11, atol=1e-11) == agrees
+
+
+@pytest.mark.skipif(not get_host_cpu_features().get("fma"), reason="the processor has no packed multiply-adds")
+def test_right_hand_side_is_packed(simulator):
+    _, bits = arithmetic.packed_instructions(simulator.kernels.assembly("stage"))
+    assert bits >= 256
 
 
 @pytest.mark.parametrize("step", [1.0, 0.1])

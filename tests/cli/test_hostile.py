@@ -1,5 +1,6 @@
 """Input that is wrong by accident or on purpose: refused in one line, never run, never a traceback."""
 
+import contextlib
 import copy
 import gzip
 import os
@@ -38,17 +39,23 @@ READERS = {
 
 
 def test_changed_files_are_refused_in_a_line_or_fly(tmp_path, monkeypatch):
-    """A sample of the corpus of tests/support/fuzz.py, which drives many thousand."""
+    """A sample, or with BAYESUB_FUZZ=5000 so many, each within ten seconds and two gigabytes."""
     monkeypatch.chdir(tmp_path)
-    outcomes = []
-    for kind, suffix, change, data in fuzz.files(152, seed=690):
-        mutations.write_beside(tmp_path)
-        path = tmp_path / f"mutant{suffix}"
-        path.write_bytes(data)
-        outcome, said = fuzz.verdict(kind, path)
-        assert outcome in ("refused", "accepted"), f"{kind}, {change}: {outcome}: {said}"
-        outcomes.append(outcome)
-    assert 12 < outcomes.count("accepted") < 76  # the corpus is neither hopeless nor harmless
+    n, outcomes, defects = int(os.environ.get("BAYESUB_FUZZ", "152")), [], []
+    mutations.write_beside(tmp_path)
+    with fuzz.limited(tmp_path) if n > 152 else contextlib.nullcontext(lambda: None) as begin:
+        for k, (kind, suffix, change, data) in enumerate(fuzz.files(n, seed=690)):
+            mutations.write_beside(tmp_path)
+            path = tmp_path / f"mutant{suffix}"
+            path.write_bytes(data)
+            begin()
+            outcome, said = fuzz.verdict(kind, path)
+            if outcome not in ("refused", "accepted"):
+                defects.append(f"{k}, {kind}, {change}: {outcome}: {said}")
+                path.rename(tmp_path / f"{k}_{kind}_{outcome}{suffix}")
+            outcomes.append(outcome)
+    assert not defects, "\n".join([f"kept in {tmp_path}", *defects])
+    assert 12 < 152 / n * outcomes.count("accepted") < 76  # the corpus is neither hopeless nor harmless
 
 
 @pytest.mark.parametrize(("kind", "suffix", "text"), mutations.corpus(), ids=lambda value: str(value)[:20].strip())

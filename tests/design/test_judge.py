@@ -20,16 +20,6 @@ SENSORS = (*Track(0.5, 0.1, interval_s=5.0), *DVL(sd_mps=0.005, interval_s=5.0))
 PRIOR = bs.priors.relative_normal(0.25)
 
 
-@pytest.fixture(scope="module")
-def boat():
-    return bs.load_vehicle("suboff")
-
-
-@pytest.fixture(scope="module")
-def manoeuvre(boat):
-    return bs.load_manoeuvre("coupled", boat)
-
-
 def judge_of(boat, sensors=SENSORS, **changes):
     return Judge(boat, sensors, **{"free": FREE, "prior": PRIOR, "step_s": STEP} | changes)
 

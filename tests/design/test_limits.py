@@ -15,16 +15,6 @@ WIDE = Limits(
 )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def boat():
-    return bs.load_vehicle("suboff")
-
-
-@pytest.fixture(scope="module")
-def manoeuvre(boat):
-    return bs.load_manoeuvre("coupled", boat)
-
-
 def draws_of(boat, n, sd, seed=5):
     rng = np.random.default_rng(seed)
     return boat.xi * (1.0 + sd * rng.standard_normal((n, len(boat.xi))))

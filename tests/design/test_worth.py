@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import bayesub as bs
 from bayesub.design import worth
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge
@@ -15,19 +14,9 @@ STEP = 2.0
 
 
 @pytest.fixture(scope="module")
-def boat():
-    return bs.load_vehicle("suboff")
-
-
-@pytest.fixture(scope="module")
 def judge(boat):
     sensors = (*Track(0.5, 0.1, interval_s=5.0), *Pressure(sd_m=0.1, interval_s=5.0))
     return Judge(boat, sensors, free=("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr"), step_s=STEP)
-
-
-@pytest.fixture(scope="module")
-def manoeuvre(boat):
-    return bs.load_manoeuvre("coupled", boat)
 
 
 def test_a_minute_is_a_shorter_trial(judge, manoeuvre):

@@ -24,11 +24,6 @@ def compared(label, vehicle, *given, settings=None):
     return ComparedRun(label, vehicle, posterior(*given), {"study": label}, settings or {})
 
 
-@pytest.fixture(scope="module")
-def auv():
-    return bs.load_vehicle("auv690")
-
-
 def test_a_shift_is_found_in_the_parameter_that_has_it(suboff):
     first = compared("first", suboff, NAMES, [0.0, 0.0, 0.0], [1.0, 1.0, 1.0])
     second = compared("second", suboff, NAMES, [0.0, 2.0, 0.0], [1.0, 1.0, 0.5], 1)

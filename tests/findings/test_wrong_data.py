@@ -29,11 +29,6 @@ OPTIONS = {"free": FREE, "prior": relative_normal(0.2), "dt": 0.25}
 
 
 @pytest.fixture(scope="module")
-def auv():
-    return bs.load_vehicle("auv690")
-
-
-@pytest.fixture(scope="module")
 def flown(auv):
     """A zig-zag in steps of 20 ms and its readings."""
     manoeuvre = bs.load_manoeuvre("zigzag_20_20", auv)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.kernels.kalman import HATS, Innovations, Pieces, respond, smooth
+from bayesub.kernels.kalman import HATS, Innovations, Pieces, policy, respond
 
 N_PIECES, N_STATES, N_AXES, N_LAGS, N_ROWS, N_TERMS = 7, 4, 2, 3, 25, 3
 N_KNOTS = N_PIECES + 1
@@ -68,24 +68,30 @@ def test_forces_and_their_response(case):
     np.testing.assert_allclose(response[:, 5], rows, atol=1e-12)
 
 
+def best(case):
+    """The white coordinates that fit best, and the log determinants; no state of the motion is looked at."""
+    white = case[-1]
+    law, log_determinants = policy(*case, np.zeros(white.shape), np.zeros((len(white), N_PIECES, 0)))
+    return white + law.followed(), log_determinants
+
+
 @pytest.mark.parametrize("k", [0, 7, 10])
 def test_what_is_found_is_that_of_dense_algebra(case, k):
-    """Determinant, best white coordinates, and residuals without forces."""
+    """Determinant, and best white coordinates."""
     *_, residuals, white = case
-    found, (response, _), w = smooth(*case), dense(case, k), white[k].ravel()
+    (found, log_determinants), (response, _), w = best(case), dense(case, k), white[k].ravel()
     precision = response.T @ response + np.eye(N_WHITE)
-    assert found.log_determinants[k] == pytest.approx(np.linalg.slogdet(precision)[1], abs=1e-11)
-    best = w - np.linalg.solve(precision, response.T @ residuals[k] + w)
-    np.testing.assert_allclose(found.white[k].ravel(), best, atol=1e-12)
-    order = np.append(case[0].order, N_ROWS - 1)
-    lower = np.linalg.cholesky(np.eye(N_ROWS) + response[order] @ response[order].T)
-    errors = np.linalg.solve(lower, (residuals[k] - response @ w)[order])
-    np.testing.assert_allclose(found.errors[k][order], errors, atol=1e-11)
+    assert log_determinants[k] == pytest.approx(np.linalg.slogdet(precision)[1], abs=1e-11)
+    by_hand = w - np.linalg.solve(precision, response.T @ residuals[k] + w)
+    np.testing.assert_allclose(found[k].ravel(), by_hand, atol=1e-12)
 
 
 @pytest.mark.parametrize("k", [0, 10])
-def test_draws_have_the_covariance_given_the_readings(case, k):
-    """They are linear in y; the determinant of that map is the one that is told."""
+def test_a_policy_makes_draws(case, k):
+    """They are linear in y and have the covariance given the readings, whose determinant is told.
+
+    What is chosen at a knot does not depend on the y of later ones.
+    """
     pieces, features, sequences, residuals, white = case
     response, _ = dense(case, k)
     one = Innovations(*(part[[k]] for part in sequences)).repeated(N_WHITE)
@@ -94,20 +100,21 @@ def test_draws_have_the_covariance_given_the_readings(case, k):
     def repeated(array):
         return np.repeat(array[[k]], N_WHITE, axis=0)
 
-    drawn = smooth(pieces, repeated(features), one, repeated(residuals), repeated(white), y)
-    best = smooth(pieces, features, sequences, residuals, white)
-    by_y = (drawn.white - best.white[k]).reshape(N_WHITE, N_WHITE).T
+    given = repeated(features), one, repeated(residuals), repeated(white)
+    law, log_determinants = policy(pieces, *given, y, np.zeros((N_WHITE, N_PIECES, 0)))
+    by_y = (white[k] + law.followed() - best(case)[0][k]).reshape(N_WHITE, N_WHITE).T
     np.testing.assert_allclose(by_y @ by_y.T, np.linalg.inv(response.T @ response + np.eye(N_WHITE)), atol=1e-12)
-    assert np.linalg.slogdet(by_y)[1] == pytest.approx(-0.5 * best.log_determinants[k], abs=1e-10)
-    assert np.linalg.norm(drawn.white - best.white[k]) > 0.1
+    np.testing.assert_allclose(np.linalg.slogdet(by_y)[1], -0.5 * log_determinants, atol=1e-10)
+    in_time = by_y.reshape(N_AXES, N_KNOTS, N_AXES, N_KNOTS).transpose(1, 0, 3, 2).reshape(N_WHITE, N_WHITE)
+    assert np.all(in_time == np.tril(in_time))
 
 
 def test_members_do_not_touch_each_other(case):
-    """One that is not a number spoils none of the others in its lanes."""
+    """One that is not a number spoils none of the others."""
     pieces, features, sequences, residuals, white = case
     spoilt = residuals.copy()
     spoilt[2] = np.nan
-    before, after = smooth(*case), smooth(pieces, features, sequences, spoilt, white)
+    (before, _), (after, _) = best(case), best((pieces, features, sequences, spoilt, white))
     kept = np.arange(len(white)) != 2
-    np.testing.assert_array_equal(after.white[kept], before.white[kept])
-    assert np.isnan(after.white[2]).all()
+    np.testing.assert_array_equal(after[kept], before[kept])
+    assert np.isnan(after[2]).all()

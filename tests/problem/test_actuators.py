@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import tomli_w
 from scipy import stats
+from support import gradients
 from support.fins import BOW, PORT, STARBOARD, X_TAIL, fins, with_actuators
 from support.motions import smooth_manoeuvre
 from support.refusals import refused
@@ -77,17 +78,7 @@ def test_derivatives_are_those_of_the_run(problem):
 def test_gradient(problem, rng):
     """J'z is the gradient of minus the log likelihood."""
     parameters = problem.prior.parameters(0.3 * rng.standard_normal(problem.n_params))
-    t = problem.prior.standard(parameters)
-    gradient = problem.prior.chain(problem.jacobian(parameters), t).T @ problem.residuals(parameters)[0]
-
-    def central(step):
-        plus, minus = (
-            problem.log_likelihood(problem.prior.parameters(t + sign * step * np.eye(problem.n_params)))
-            for sign in (1, -1)
-        )
-        return (minus - plus) / (2 * step)
-
-    expected = (4 * central(1e-3) - central(2e-3)) / 3
+    gradient, expected = gradients.both(problem, parameters, 1e-3)
     np.testing.assert_allclose(gradient, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
 
 

@@ -5,7 +5,7 @@ import pytest
 from support.refusals import refused
 
 import bayesub as bs
-from bayesub.kernels.kalman import Innovations
+from bayesub.kernels.kalman import policy
 from bayesub.model.disturbance import Disturbance, Knots, correlation
 from bayesub.problem import innovations
 from bayesub.problem.disturbances import Disturbances, UnknownDisturbance, of_history, of_process
@@ -57,18 +57,11 @@ def test_forces_at_knots_are_projections_of_the_process(kind):
     rng = np.random.default_rng(3)
     histories = np.array([process.sample(fine, rng).values[:, 0] for _ in range(n)])
     found = np.linalg.lstsq(knots.interpolation(fine), histories.T)[0][6:13]
-    factor = factor_of(kind, knots.interval, 7, time)
+    factor = innovations.factor(kind, knots.interval, 7, time)
     standard = np.linalg.solve(factor, found)
     covariance = standard @ standard.T / n
     # Standard errors of the entries are 1/sqrt(n), on the diagonal sqrt(2) times as much; 28 entries.
     assert np.abs(covariance - np.eye(7)).max() < 4.0 * np.sqrt(2.0 / n) + 0.02
-
-
-def factor_of(kind, interval, n, time, n_lags=None):
-    """(n, n) lower triangular: forces are it times white coordinates."""
-    sequences = innovations.innovations(kind, interval, n, np.array([time]), n_lags)
-    unit = Innovations(*(np.repeat(part[:, None], n, axis=0) for part in sequences))
-    return unit.forces(np.eye(n)[:, None])[:, 0].T
 
 
 def projected_covariance(kind, interval, n, time, fine=24, beyond=20):
@@ -88,11 +81,11 @@ def projected_covariance(kind, interval, n, time, fine=24, beyond=20):
 @pytest.mark.parametrize("time", [0.8, 4.0, 60.0])
 def test_the_covariance_is_that_of_the_projection(kind, time):
     """From the closed form, against sums over a process that goes on before and after; more lags change nothing."""
-    factor = factor_of(kind, 2.0, 9, time)
+    factor = innovations.factor(kind, 2.0, 9, time)
     expected = projected_covariance(kind, 2.0, 9, time)
     np.testing.assert_allclose(factor @ factor.T, expected, atol=4e-3)
-    np.testing.assert_allclose(factor_of(kind, 2.0, 9, time, 6), factor, atol=1e-9)
-    other = factor_of(kind, 2.0, 9, 1.3 * time)
+    np.testing.assert_allclose(innovations.factor(kind, 2.0, 9, time, 6), factor, atol=1e-9)
+    other = innovations.factor(kind, 2.0, 9, 1.3 * time)
     assert np.abs(other @ other.T - expected).max() > 2e-2
 
 
@@ -145,6 +138,87 @@ def test_the_jacobian_is_that_of_the_readings(name, request):
         assert np.abs(difference - jacobian[:, k]).max() < 1e-5 * np.abs(difference).max(), problem.names[k]
 
 
+@pytest.fixture(scope="module")
+def trials(boat):
+    """Two trials with forces."""
+    return JointProblem({"a": pose(boat, unknown(), 1), "b": pose(boat, unknown(), 2)})
+
+
+def white_of(problem):
+    return np.concatenate([history.columns for history in problem.histories])
+
+
+def policies(problem, values, y):
+    """Of members of one vector (n_params,) with standard normal y (n, n_white): policies, and log determinants."""
+    members = np.repeat(values[None], len(y), axis=0)
+    _, predicted, states = problem.flown(members)
+    laws, log_determinant, first = [], 0.0, 0
+    for history, seen in zip(problem.histories, states, strict=True):
+        sequences, residuals = history.innovations(members), problem.residuals(members, predicted)[:, history.rows]
+        shape, last = sequences.roots.shape, first + len(history.columns)
+        white, own = members[:, history.columns].reshape(shape), y[:, first:last].reshape(shape)
+        pieces, first = history.response(values), last
+        law, more = policy(pieces, np.ones((len(y), 1)), sequences, residuals, white, own, seen)
+        laws.append(law)
+        log_determinant += more[0]
+    return members, laws, log_determinant
+
+
+@pytest.mark.parametrize("name", ["problem", "carried", "followed", "trials"])
+def test_forces_follow_a_policy_during_the_simulation(name, request):
+    """What was flown is what the forces fly that were chosen; members are what they are without others.
+
+    Each is a function of the y before it, and of all of them together the determinant is told, on the real motion.
+    """
+    problem = request.getfixturevalue(name)
+    values = problem.prior.parameters(np.random.default_rng(4).standard_normal(problem.n_params) * 0.3)
+    white, step = white_of(problem), 1e-4
+    y = np.random.default_rng(5).standard_normal(len(white))
+    sides = np.concatenate([y + step * np.eye(len(white)), y - step * np.eye(len(white))])
+    members, laws, log_determinant = policies(problem, values, np.vstack([y, sides]))
+    flown, predicted, _ = problem.flown(members, laws)
+    np.testing.assert_allclose(predicted[:9], problem.predicted(flown[:9]), rtol=1e-9, atol=1e-9)
+    others = np.delete(np.arange(problem.n_params), white)
+    np.testing.assert_array_equal(flown[:, others], members[:, others])
+    alone, one, _ = policies(problem, values, y[None])
+    np.testing.assert_allclose(problem.flown(alone, one)[0][0], flown[0], rtol=1e-9, atol=1e-12)
+    plus, minus = np.split(flown[1:, white], 2)
+    by_y = (plus - minus).T / (2.0 * step)
+    assert np.linalg.slogdet(by_y)[1] == pytest.approx(-0.5 * log_determinant, abs=1e-3)
+    first = 0
+    for history in problem.histories:
+        own = slice(first, first := first + len(history.columns))
+        n_axes, n_knots = history.innovations(values[None]).roots.shape[1:]
+        blocks = by_y[own, own].reshape(n_axes, n_knots, n_axes, n_knots).transpose(1, 0, 3, 2)
+        in_time = blocks.reshape(n_axes * n_knots, -1)
+        np.testing.assert_allclose(in_time - np.tril(in_time), 0.0, atol=1e-7)
+
+
+def test_later_forces_make_good_what_is_not_linear(boat):
+    """Of histories given the readings y is standard normal; negative control: with forces chosen before it is less."""
+    problem = pose(boat, unknown(knot_interval_s=10.0))
+    (history,), best = problem.histories, problem.reference
+    y = np.random.default_rng(1).standard_normal((64, len(history.columns)))
+
+    def planned(y):
+        members, laws, _ = policies(problem, best, y)
+        return members, laws, np.column_stack([members[:, : history.columns[0]], _moved(members, laws, history)])
+
+    for _ in range(4):
+        best = planned(0.0 * y[:1])[2][0]
+    members, laws, open_loop = planned(y)
+    spreads = []
+    for full in (open_loop, problem.flown(members, laws)[0]):
+        squares = np.sum(problem.residuals(full) ** 2, axis=1) + np.sum(full[:, history.columns] ** 2, axis=1)
+        spreads.append(np.std(squares - np.sum(y**2, axis=1)))
+    assert spreads[1] < 0.2 * spreads[0]
+
+
+def _moved(members, laws, history):
+    """(n, n_white) white coordinates that follow a policy on a linear motion."""
+    return members[:, history.columns] + laws[0].followed().reshape(len(members), -1)
+
+
 def test_no_forces_change_nothing(boat, problem):
     """With white coordinates of zero the readings are those of the problem without a disturbance."""
     plain = pose(boat, None)
@@ -190,9 +264,9 @@ def test_names_say_whose_a_parameter_is(problem):
     assert len(rest) == 3 + 2 * n_knots
 
 
-def test_trials_share_the_process_and_not_the_history(boat):
+def test_trials_share_the_process_and_not_the_history(trials):
     """The parameters of the process once, histories for each trial; its rows and columns are those of the trial."""
-    joint = JointProblem({"a": pose(boat, unknown(), 1), "b": pose(boat, unknown(), 2)})
+    joint = trials
     assert sum(map(of_process, joint.names)) == 3
     first, second = joint.histories
     assert {joint.names[k].partition("[")[2] for k in second.columns} == {"b]"}

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import stats
+from support import gradients
 
 import bayesub as bs
 from bayesub.inference.baselines import gauss_newton
@@ -46,18 +47,8 @@ def test_gradient(suboff, zigzag, orders, case, rng):
     manoeuvre, nuisance = {"late": (zigzag, LATE), "behind": (orders, BEHIND | LATE)}[case]
     record = record_of(suboff, manoeuvre, {}, rng)
     problem = bs.Problem(suboff, manoeuvre, record, nuisance=nuisance, **SETTINGS)
-    t = 0.3 * rng.standard_normal(problem.n_params)
-    parameters = problem.prior.parameters(t)
-    gradient = problem.prior.chain(problem.jacobian(parameters), t).T @ problem.residuals(parameters)[0]
-
-    def central(step):
-        plus, minus = (
-            problem.log_likelihood(problem.prior.parameters(t + sign * step * np.eye(problem.n_params)))
-            for sign in (1, -1)
-        )
-        return (minus - plus) / (2 * step)
-
-    expected = (4 * central(1e-4) - central(2e-4)) / 3
+    parameters = problem.prior.parameters(0.3 * rng.standard_normal(problem.n_params))
+    gradient, expected = gradients.both(problem, parameters, 1e-4)
     np.testing.assert_allclose(gradient, expected, rtol=1e-4, atol=1e-5 * np.abs(expected).max())
 
 

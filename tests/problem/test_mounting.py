@@ -49,11 +49,6 @@ OTHERS = {
 
 
 @pytest.fixture(scope="module")
-def auv():
-    return bs.load_vehicle("auv690")
-
-
-@pytest.fixture(scope="module")
 def circle(auv):
     return bs.load_manoeuvre("turning_circle", auv)
 

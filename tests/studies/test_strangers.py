@@ -1,15 +1,18 @@
 """The simulator of strangers flies what ours flies, its forces are the process they should be, and its log is read."""
 
+import importlib
+
 import numpy as np
 import pytest
 
+import bayesub as bs
 from bayesub.model.disturbance import ForceHistory
 from bayesub.model.manoeuvre_files import straight_and_level
 from bayesub.model.manoeuvres import of_inputs
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import load_vehicle
 from disturbed import strangers
-from disturbed.trials import read_log
+from disturbed.trials import DisturbedTrials, Truth, read_log
 
 PLANE = [0, 1, 5, 6, 7, 11]  # x y psi u v r among the states
 
@@ -85,3 +88,16 @@ def test_a_log_is_read_as_one_of_a_stranger(boat):
     assert sorted(problem.names[: problem.n_coefficients]) == sorted(free)
     inferred = {*(f"sd_disturbance_{axis}" for axis in "XYN"), "correlation_time_disturbance_s"}
     assert inferred <= set(problem.names)
+
+
+def test_a_search_goes_on_where_the_best_history_fails(monkeypatch):
+    """With few sensors and much force it takes a share of the step; negative control: without it ends far off."""
+    trials = DisturbedTrials("auv690", [bs.sensors.Track(0.034, 0.1, interval_s=1.0, channels=("x", "y", "yaw"))], 0.25)
+    truth = Truth(0.05, 4.0)
+    _, record, _ = trials.boat_and_record(truth, 0.1, np.random.default_rng([20, 1, 3]))
+    problem = trials.problem(record, dt=0.2, disturbance=trials.known(truth))
+    module = importlib.import_module("bayesub.inference.baselines.gauss_newton")
+    found = module.gauss_newton(problem).costs[0]
+    assert found < 2.0 * problem.n_rows
+    monkeypatch.setattr(module, "_SHARES", np.ones(1))
+    assert module.gauss_newton(problem).costs[0] > 100.0 * found

@@ -1,12 +1,16 @@
 """Mechanisms behind ranks, null moves, and sets that data leave open."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import bayesub as bs
 from bayesub.model.coefficients import INDEX
+from bayesub.model.linear_form import LinearSystem
 from thesis import cases, mechanisms
 from uniqueness import null_directions
+from uniqueness.held_coefficients import held_fixed
 from wrong_coefficients import open_sets
 
 
@@ -59,3 +63,23 @@ def test_tracks_and_linear_form_have_the_same_null_space():
     assert result["structural"] == result["predicted"] > 0
     assert result["angle_rad"] < 1e-6
     assert min(result["alone"].values()) >= result["structural"]
+
+
+def test_held_coefficients(rng):
+    """A coefficient makes the rest unique if and only if the null vector holds it; two, if a minor is not zero."""
+    free = rng.standard_normal((300, 4))
+    matrix = np.column_stack(
+        [free, free[:, 0] + free[:, 1], free[:, 2] - 2 * free[:, 0]]
+    )  # c4 = c0 + c1, c5 = c2 - 2 c0
+    names, rounding = tuple(f"c{k}" for k in range(6)), 3 * np.finfo(float).eps
+    system = LinearSystem("Y", names, matrix, np.zeros(300), rounding)
+    one = held_fixed(replace(system, names=names[:5], matrix=matrix[:, :5]), 1)
+    assert {names for names, value in one.items() if value} == {("c0",), ("c1",), ("c4",)}
+    two = held_fixed(system, 2)
+    for held, value in two.items():
+        rest = np.delete(matrix, [int(name[1]) for name in held], axis=1)
+        assert (value > 0) == (np.linalg.matrix_rank(rest) == 4)
+        if value:
+            s = np.linalg.svd(rest / np.linalg.norm(rest, axis=0), compute_uv=False)
+            assert value == pytest.approx(s[-1] / s[0], rel=1e-9)
+    assert list(two.values()) == sorted(two.values(), reverse=True)

@@ -1,5 +1,4 @@
-"""Drive bayesub with changed input files: python tests/support/fuzz.py --files 5000 [--seed 1]
-[--keep FOLDER]
+"""Drive bayesub with changed files, thousands if asked: BAYESUB_FUZZ=5000 pytest -s -n 0 tests/cli/test_hostile.py
 
 Every file goes through `bayesub check`; what that accepts is flown. A file may be refused, in one line that names it
 and says why, or accepted, and then every number that comes of it is finite or the boat fails in words. Anything else is
@@ -7,24 +6,16 @@ a defect: another exception, a refusal of several lines, a number that is not fi
 gigabytes.
 """
 
-import argparse
-import collections
 import contextlib
+import faulthandler
 import io
 import json
-import multiprocessing
-import os
 import resource
-import sys
-import tempfile
-import time
 import traceback
 import warnings
 from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # where `support` is, for what is started as a script
 from support import mutations
 
 import bayesub as bs
@@ -38,7 +29,6 @@ from bayesub.study.run.prepare import prepare
 from bayesub.study.schema.study_file import load_study
 
 SECONDS, BYTES, LONGEST = 10.0, 2 << 30, 600
-DEFECTS = ("unclear", "absurd", "traceback", "hang", "crash")
 SENSORS = [bs.sensors.Track(0.5, 0.5, channels=("x", "y", "yaw")), bs.sensors.Sensor("u_mps", sd=0.01)]
 
 
@@ -162,52 +152,21 @@ def verdict(kind: str, path: Path) -> tuple[str, str]:
     return "accepted", ""
 
 
-def work(connection, folder: Path) -> None:
-    """The process that reads the files, with limited memory."""
-    os.chdir(folder)
-    mutations.write_beside(Path())
-    for kind, _, text in mutations.corpus():  # loads what is compiled, or compiles it
+@contextlib.contextmanager
+def limited(folder: Path):
+    """Memory is limited, once what is compiled is loaded; what is given begins the time of a file anew."""
+    for kind, _, text in mutations.corpus():
         if kind in ("vehicle", "boat of a set"):
             (folder / "good_boat.toml").write_text(text)
             flown_by_its_actuators(folder / "good_boat.toml")
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, resource.RLIM_INFINITY))
-    connection.send(None)
-    while True:
-        kind, path = connection.recv()
-        mutations.write_beside(Path())
-        connection.send(verdict(kind, path))
-
-
-class Worker:
-    """A process that is replaced when it hangs."""
-
-    def __init__(self, folder: Path):
-        self.folder, self.context = folder, multiprocessing.get_context("forkserver")
-        self.process = None
-
-    def verdict(self, kind: str, path: Path) -> tuple[str, str]:
-        if self.process is None:
-            self.connection, other = self.context.Pipe()
-            self.process = self.context.Process(target=work, args=(other, self.folder), daemon=True)
-            self.process.start()
-            other.close()
-            self.connection.recv()
-        self.connection.send((kind, path))
-        try:
-            if self.connection.poll(SECONDS):
-                return self.connection.recv()
-            found = "hang", f"more than {SECONDS:g} s"
-        except EOFError:
-            found = "crash", f"exit code {self.process.exitcode}"
-        self.stop()
-        return found
-
-    def stop(self) -> None:
-        if self.process is not None:
-            self.process.kill()
-            self.process.join()
-            self.process = None
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, before[1]))
+    try:
+        yield lambda: faulthandler.dump_traceback_later(SECONDS, exit=True)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+        resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 def files(n: int, seed: int):
@@ -218,43 +177,3 @@ def files(n: int, seed: int):
         kind, suffix, text = good[k % len(good)]
         data, change = mutations.mutated(text, rng)
         yield kind, suffix, change, data
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--files", type=int, default=5000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where files that show a defect are kept")
-    options = parser.parse_args()
-    counts, began, slowest = collections.Counter(), time.perf_counter(), 0.0
-    with tempfile.TemporaryDirectory() as temporary:
-        worker = Worker(Path(temporary))
-        for k, (kind, suffix, change, data) in enumerate(files(options.files, options.seed)):
-            path = Path(temporary) / f"mutant{suffix}"
-            path.write_bytes(data)
-            start = time.perf_counter()
-            outcome, said = worker.verdict(kind, path)
-            slowest = max(slowest, time.perf_counter() - start)
-            counts[kind, outcome] += 1
-            if outcome in DEFECTS:
-                print(f"{k}, {kind}, {change}: {outcome}: {said}")
-                if options.keep:
-                    options.keep.mkdir(parents=True, exist_ok=True)
-                    (options.keep / f"{k}_{kind}_{outcome}{suffix}").write_bytes(data)
-        worker.stop()
-    print_table(counts)
-    print(f"{time.perf_counter() - began:.0f} s, the slowest file {slowest:.1f} s")
-    sys.exit(any(outcome in DEFECTS for _, outcome in counts))
-
-
-def print_table(counts: collections.Counter) -> None:
-    """Kinds down, outcomes across."""
-    outcomes = ("refused", "accepted", *DEFECTS)
-    print(f"{'kind':12}{'files':>8}" + "".join(f"{outcome:>11}" for outcome in outcomes))
-    for kind in [*dict.fromkeys(kind for kind, _ in counts), "all"]:
-        row = [sum(n for (k, o), n in counts.items() if kind in (k, "all") and o == outcome) for outcome in outcomes]
-        print(f"{kind:12}{sum(row):8}" + "".join(f"{n:11}" for n in row))
-
-
-if __name__ == "__main__":
-    main()

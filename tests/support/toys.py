@@ -44,18 +44,18 @@ class Toy:
     def linear_systems(self, _):
         return {}
 
-    def misfit(self, parameters):
-        residuals = self.residuals(parameters)
+    def misfit(self, parameters, *predicted):
+        residuals = self.residuals(parameters, *predicted)
         return residuals, np.nan_to_num(np.einsum("ij,ij->i", residuals, residuals), nan=np.inf)
 
-    def log_likelihood(self, parameters):
-        return -0.5 * self.misfit(np.atleast_2d(parameters))[1]
+    def log_likelihood(self, parameters, *predicted):
+        return -0.5 * self.misfit(np.atleast_2d(parameters), *predicted)[1]
 
     def log_likelihoods(self, parameters):
         return {"reading": self.log_likelihood(parameters)}
 
-    def misfit_about(self, _, parameters):
-        return self.residuals(parameters), self.log_likelihood(parameters)
+    def misfit_about(self, _, parameters, *predicted):
+        return self.residuals(parameters, *predicted), self.log_likelihood(parameters, *predicted)
 
     def smoothed(self, _):
         return self
@@ -138,6 +138,15 @@ class Banana(Toy):
         variance, noise = self.prior.sd[1] ** 2, self.width**2
         weights = np.exp(-0.5 * x**2 - 0.5 * x**4 / (variance + noise))
         return x, weights / weights.sum(), -(x**2) * variance / (variance + noise), 1 / (1 / variance + 1 / noise)
+
+
+class Cliff(Banana):
+    """Whose simulation fails above one."""
+
+    def residuals(self, parameters):
+        residuals = super().residuals(parameters)
+        residuals[parameters[:, 0] > 1.0] = np.nan
+        return residuals
 
 
 def second_moments(standardised):
@@ -238,10 +247,18 @@ class Pushed(Toy):
         theta, s, w = parameters[:, :1], parameters[:, 1:2], parameters[:, 2:]
         return theta, s, w, self.h0 + theta[:, :, None] * self.h1
 
-    def residuals(self, parameters):
+    def flown(self, parameters, policies=None):
         self.costs.simulations += len(parameters)
+        parameters = parameters.copy()
+        if policies is not None:
+            parameters[:, self.histories[0].columns] += policies[0].followed()[:, 0]
         theta, s, w, h = self._parts(parameters)
-        return (theta * self.c + np.einsum("nij,nj->ni", h, s * w) - self.readings) / self.sd
+        predicted = theta * self.c + np.einsum("nij,nj->ni", h, s * w)
+        return parameters, predicted, [np.zeros((len(parameters), self.N_WHITE - 1, 0))]
+
+    def residuals(self, parameters, predicted=None):
+        predicted = self.flown(parameters)[1] if predicted is None else predicted
+        return (predicted - self.readings) / self.sd
 
     def slopes(self, parameters):
         _, s, w, h = self._parts(np.atleast_2d(parameters))

@@ -1,14 +1,13 @@
 """Deterministic answers: each fit gives an :class:`Estimate` that stands beside the posterior.
 
 Those on the equations of motion take linear systems, one an axis: :func:`linear_least_squares`,
-:func:`total_least_squares`, :func:`linear_programme`. Those on the readings take a problem: :func:`sqp`,
-:func:`trust_region` and, with the prior, :func:`gauss_newton`, :func:`posterior_mode` and, where these
-end in local modes, :func:`continuation`.
+:func:`linear_programme`. Those on the readings take a problem: :func:`sqp`, :func:`trust_region` and, with the prior,
+:func:`gauss_newton`, :func:`posterior_mode` and, where these end in local modes, :func:`continuation`.
 """
 
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
-from bayesub.inference.baselines.linear_least_squares import linear_least_squares, total_least_squares
+from bayesub.inference.baselines.linear_least_squares import linear_least_squares
 from bayesub.inference.baselines.linear_programme import linear_programme
 from bayesub.inference.baselines.posterior_mode import continuation, posterior_mode
 from bayesub.inference.baselines.sqp import sqp
@@ -22,6 +21,5 @@ __all__ = [
     "linear_programme",
     "posterior_mode",
     "sqp",
-    "total_least_squares",
     "trust_region",
 ]

@@ -9,6 +9,7 @@ from bayesub.inference.identifiability.linalg import complete_svd, triangle
 from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.inference.interface import Searchable
 
+_SHARES = 0.5 ** np.arange(1, 9)  # of a step with histories of forces
 _LONGEST = 1.0  # step of any coordinate; its prior sd is one, and the bounds of a prior are far away and flat
 _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
@@ -76,6 +77,9 @@ def gauss_newton(
             bends = trials[0][1][kept] - linear.expected(steps[kept], ends[kept])
             turned = steps[kept] + _within_reach((-(linear.out(bends) @ linear.jacobian @ vt.T) / stiffness[kept]) @ vt)
             ends = linear.after(turned, bends)
+            trials.append((ends, *_misfit(problem, ends)))
+        if linear.gain and not min(costs.min() for *_, costs in trials) < cost:  # damping holds no history back
+            ends = t + _SHARES[:, None] * (linear.after(steps[:1]) - t)
             trials.append((ends, *_misfit(problem, ends)))
         nearest = min(trials, key=lambda batch: batch[2].min())
         best = np.argmin(nearest[2])

@@ -1,32 +1,19 @@
 """What a manoeuvre can and cannot tell: null spaces of the linear form, and the spectrum of the Fisher information."""
 
-from bayesub.inference.identifiability.contribution import Cancellation, Contribution, cancellation, contribution
 from bayesub.inference.identifiability.fisher import Spectrum, conditional_sd, fisher
-from bayesub.inference.identifiability.null_space import NullSpace, Structure, kept, null_space, structure
-from bayesub.inference.identifiability.profile import Profile, profile
-from bayesub.inference.identifiability.rank import AxisRank, Collinearity, collinearity, held_fixed, rank
+from bayesub.inference.identifiability.null_space import NullSpace, kept, null_space
+from bayesub.inference.identifiability.rank import AxisRank, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
 
 __all__ = [
     "AxisRank",
-    "Cancellation",
-    "Collinearity",
-    "Contribution",
     "Identifiable",
     "InferencePrior",
     "NullSpace",
-    "Profile",
     "Spectrum",
-    "Structure",
-    "cancellation",
-    "collinearity",
     "conditional_sd",
-    "contribution",
     "fisher",
-    "held_fixed",
     "kept",
     "null_space",
-    "profile",
     "rank",
-    "structure",
 ]

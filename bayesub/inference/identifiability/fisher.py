@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import optimize
 
 from bayesub.inference.identifiability.linalg import null_basis, orthonormal, signed, split_svd
 from bayesub.inference.identifiability.linear_model import marginal_jacobian
@@ -45,17 +44,13 @@ class Spectrum(Displayed):
     @property
     def n_informed(self) -> int:
         """Directions that the data determine better than the prior."""
-        return int(np.count_nonzero(self._signal > 1.0))
+        return int(np.count_nonzero(self.signal > 1.0))
 
     @property
-    def _signal(self) -> np.ndarray:
+    def signal(self) -> np.ndarray:
+        """(n_params,) singular values, zero in the null directions."""
         known = np.arange(len(self.names)) < len(self.names) - self.n_null
         return np.where(known, self.singular_values, 0.0)
-
-    @property
-    def null_part(self) -> np.ndarray:
-        """(n_params,) length of the part of each coefficient that lies in the null space, from 0 to 1."""
-        return np.linalg.norm(self.directions[len(self.names) - self.n_null :], axis=0)
 
     @property
     def coordinates(self) -> np.ndarray:
@@ -67,67 +62,10 @@ class Spectrum(Displayed):
         return np.linalg.inv(self.directions).T
 
     @property
-    def alone_sd(self) -> np.ndarray:
-        """(n_params,) standard deviation of each coefficient from the data if all the others were known."""
-        with np.errstate(divide="ignore"):
-            return self.prior_sd / np.linalg.norm(self._signal[:, None] * self.coordinates, axis=0)
-
-    @property
-    def held_sd(self) -> np.ndarray:
-        """(n_params,) Cramer-Rao bound of the data alone with the null directions held where they are.
-
-        That is the root of the diagonal of the pseudo-inverse of the Fisher information. It is a bound on the
-        coefficient itself only where :attr:`null_part` is zero.
-        """
-        return self.prior_sd * np.sqrt(self._variance(np.arange(len(self.names)) < len(self.names) - self.n_null))
-
-    @property
-    def cramer_rao_sd(self) -> np.ndarray:
-        """(n_params,) Cramer-Rao bound of the data alone; infinite for every coefficient with a part in the null space.
-
-        No unbiased estimate has a smaller standard deviation.
-        """
-        return np.where(self.null_part > 0.0, np.inf, self.held_sd)
-
-    @property
     def posterior_sd(self) -> np.ndarray:
         """(n_params,) standard deviation of data and prior together (Laplace approximation)."""
-        return self.prior_sd * np.sqrt(self._with_prior(1.0))
-
-    def _variance(self, members):
-        """Variance from the data along some directions, in prior variances; 0/0 is nothing, 1/0 is infinite."""
-        squares = self.directions[members] ** 2
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(squares > 0.0, squares / self._signal[members, None] ** 2, 0.0).sum(axis=0)
-
-    def _with_prior(self, sharper):
-        return (self.directions**2 / ((sharper * self._signal[:, None]) ** 2 + 1.0)).sum(axis=0)
-
-    def sharper_sensors(self, relative_sd: float) -> np.ndarray:
-        """How many times smaller all noise would have to be for each coefficient to be known to `relative_sd`.
-
-        The factor f solves ``posterior sd(noise / f) = relative_sd * |value|``, prior included. It is below one where
-        today's sensors do better than asked, zero where the prior alone does, and infinite where the part in the null
-        space keeps the prior's uncertainty however good the sensors.
-
-        Returns
-        -------
-        (n_params,)
-        """
-        assert self.values is not None, "a spectrum without values has no relative sds"
-        wanted = (relative_sd * np.abs(self.values) / self.prior_sd) ** 2
-        never = (self.directions[self._signal == 0.0] ** 2).sum(axis=0)
-        factors, signal = np.where(wanted < 1.0, np.inf, 0.0), self._signal[self._signal > 0.0]
-
-        def excess(log_factor, k):
-            return np.log(self._with_prior(np.exp(log_factor))[k] / wanted[k])
-
-        for k in np.flatnonzero((wanted < 1.0) & (never < wanted)):
-            # Too small and too large: all directions as sharp as the stiffest, or the sloppiest.
-            low = np.log(np.sqrt(1.0 / wanted[k] - 1.0) / signal.max()) - 1e-9
-            high = np.log(np.sqrt(1.0 / (wanted[k] - never[k])) / signal.min()) + 1e-9
-            factors[k] = np.exp(optimize.brentq(excess, low, high, (k,)))
-        return factors
+        variances = self.directions**2 / (self.signal[:, None] ** 2 + 1.0)
+        return self.prior_sd * np.sqrt(variances.sum(axis=0))
 
     def direction(self, i: int) -> dict[str, float]:
         """Direction i in names: coefficient -> prior standard deviations, largest entries first."""

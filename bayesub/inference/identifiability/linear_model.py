@@ -1,8 +1,9 @@
 """Forces with unknown histories, integrated out of the linear model of a problem about a place.
 
 With A and B the derivatives of the residuals r by the other parameters and by the white coordinates w of the forces,
-standard normal, the residuals ``L^-1 (r - B w)`` and the Jacobian ``L^-1 A`` with ``L L' = B B' + 1`` hold all
-that the readings say about the other parameters. A Kalman filter finds them (:mod:`bayesub.kernels.kalman`).
+standard normal, all that the readings say about the other parameters is in r and w of the forces that fit best, and in
+how these follow the other parameters: the inner products of both are those of ``r - B w`` and ``A`` by the inverse of
+``B B' + 1``. An information filter finds them (:mod:`bayesub.kernels.kalman`).
 """
 
 from typing import cast
@@ -10,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from bayesub.inference.interface import Forced, LeastSquares, Searchable
-from bayesub.kernels.kalman import Pieces, respond, smooth
+from bayesub.kernels.kalman import Pieces, policy, respond
 
 
 class Integrated:
@@ -35,21 +36,24 @@ class Integrated:
         """Those of the histories."""
         return [pieces for _, pieces, _ in self.parts]
 
-    def out(self, columns: np.ndarray, white: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Columns (n_rows, k) without the forces, and the white coordinates (k, n_white) that fit each best.
+    def out(self, columns: np.ndarray, white: np.ndarray | None = None) -> np.ndarray:
+        """Columns (n_rows, k) with the forces that fit each best, and below their white coordinates (n_white, k).
 
-        These are residuals at white coordinates (n_white,) or (k, n_white), or derivatives by something. Then the
-        latter are those of the white coordinates, as these follow.
+        The columns are residuals at white coordinates (n_white,) or (k, n_white), or derivatives by something. Then the
+        white coordinates are derivatives too, as these follow.
         """
-        columns, n = np.array(columns), columns.shape[1]
-        found = np.zeros((n, len(self.white)))
+        n_rows, n = columns.shape
+        columns = np.concatenate([columns, np.zeros((len(self.white), n))])
         for history, pieces, innovations in self.parts:
-            own, n_knots = np.searchsorted(self.white, history.columns), innovations.roots.shape[1:]
+            own, shape = np.searchsorted(self.white, history.columns), (n, *innovations.roots.shape[1:])
             about = np.zeros((n, len(own))) if white is None else np.broadcast_to(white[..., own], (n, len(own)))
             residuals = np.ascontiguousarray(columns[history.rows].T)
-            smoothed = smooth(pieces, np.ones((n, 1)), innovations.repeated(n), residuals, about.reshape(n, *n_knots))
-            columns[history.rows], found[:, own] = smoothed.errors.T, smoothed.white.reshape(n, -1)
-        return columns, found
+            nothing = np.zeros(shape), np.zeros((n, pieces.ends.shape[1], 0))
+            law, _ = policy(pieces, np.ones((1, 1)), innovations, residuals, about.reshape(shape), *nothing)
+            changes = law.followed()
+            columns[history.rows] += respond(pieces, innovations.repeated(n).forces(changes)).T
+            columns[n_rows + own] = about.T + changes.reshape(n, -1).T
+        return columns
 
     def respond(self, residuals: np.ndarray, changes: np.ndarray) -> None:
         """Add to residuals (n, n_rows) what changes (n, n_white) of the white coordinates change, in place."""
@@ -63,7 +67,8 @@ class LinearModel:
     """The linear model of the residuals (n_rows,) about standard coordinates t (n_params,), forces integrated out.
 
     The prior is of the parameters that are no white coordinates of forces, `others` (n_others,), and the Jacobian
-    (n_rows, n_others) by their t. By the `gain` the sum of squares falls if the white coordinates alone fit best.
+    (n_rows, n_others) by their t; rows of the white coordinates follow those of the residuals in both. By the `gain`
+    the sum of squares falls if the white coordinates alone fit best.
     """
 
     def __init__(self, problem: Searchable, t: np.ndarray, residuals: np.ndarray):
@@ -81,9 +86,9 @@ class LinearModel:
         self._by_others = self.prior.chain(
             forced.jacobian_of_others(parameters, self._integrated.responses), t[self.others]
         )
-        self.jacobian, self._following = self._integrated.out(self._by_others)
-        columns, _ = self._integrated.out(residuals[:, None], t[self._white])
-        self.residuals = columns[:, 0]
+        self.jacobian = self._integrated.out(self._by_others)
+        self._following = self.jacobian[len(residuals) :].T
+        self.residuals = self._integrated.out(residuals[:, None], t[self._white])[:, 0]
         before = residuals @ residuals + t[self._white] @ t[self._white]
         self.gain = max(0.0, before - self.residuals @ self.residuals)
 
@@ -93,7 +98,7 @@ class LinearModel:
         ends[:, self.others] += steps
         if self._integrated is not None:
             moved = self._residuals + steps @ self._by_others.T + bends
-            _, ends[:, self._white] = self._integrated.out(moved.T, self._t[self._white])
+            ends[:, self._white] = self._integrated.out(moved.T, self._t[self._white])[moved.shape[1] :].T
         return ends
 
     def expected(self, steps: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -105,8 +110,8 @@ class LinearModel:
         return moved
 
     def out(self, rows: np.ndarray) -> np.ndarray:
-        """(n, n_rows) what rows (n, n_rows), such as derivatives by something, are without the forces."""
-        return rows if self._integrated is None else self._integrated.out(rows.T)[0].T
+        """(n, ..) what rows (n, n_rows), such as derivatives by something, are without the forces, as the residuals."""
+        return rows if self._integrated is None else self._integrated.out(rows.T).T
 
     def covariance_times(self, vectors: np.ndarray) -> np.ndarray:
         """(n, n_params) vectors (n, n_params) times the covariance of t: the inverse of ``J'J + 1`` of all t."""
@@ -115,17 +120,22 @@ class LinearModel:
             return vectors @ of_others
         own, result = vectors[:, self._white], np.empty(vectors.shape)
         result[:, self.others] = (vectors[:, self.others] + own @ self._following.T) @ of_others
-        _, solved = self._integrated.out(np.zeros((len(self._residuals), len(own))), -own)
+        n_rows = len(self._residuals)
+        solved = self._integrated.out(np.zeros((n_rows, len(own))), -own)[n_rows:].T
         result[:, self._white] = solved + own + result[:, self.others] @ self._following
         return result
 
 
 def marginal_jacobian(problem: LeastSquares, parameters: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-    """(n_rows, n_others) derivatives of the residuals, forces with unknown histories integrated out."""
+    """Derivatives (.., n_others) of the residuals, of some rows (n_rows,) or all, by others, and of white coordinates.
+
+    Forces with unknown histories are integrated out.
+    """
+    read = slice(None) if rows is None else rows
     if not getattr(problem, "histories", ()):
-        jacobian = problem.jacobian(parameters)
-    else:
-        forced = cast(Forced, problem)
-        integrated = Integrated(forced, parameters, rows)
-        jacobian, _ = integrated.out(forced.jacobian_of_others(parameters, integrated.responses))
-    return jacobian if rows is None else jacobian[rows]
+        return problem.jacobian(parameters)[read]
+    forced = cast(Forced, problem)
+    integrated = Integrated(forced, parameters, rows)
+    by_others = forced.jacobian_of_others(parameters, integrated.responses)
+    jacobian = integrated.out(by_others)
+    return np.concatenate([jacobian[: len(by_others)][read], jacobian[len(by_others) :]])

@@ -1,20 +1,16 @@
-"""Rank, null space and collinearity of the linear form, axis by axis (thesis chapter 6).
+"""Rank and null space of the linear form, axis by axis (thesis chapter 6).
 
 Two verdicts are kept apart. A direction is null when its singular value is round-off: the equations do not see it on
 this manoeuvre, whatever the instruments (not unique). It is weak when its singular value is above round-off but below
 the accuracy of the best instruments: the equations see it and no trial does (ill-conditioned).
-
-Collinearity is that of Belsley, Kuh & Welsch (1980, chapter 3). The linear form has no constant term, so everything is
-measured about zero: a correlation is the cosine of the angle between two columns.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
-from bayesub.inference.identifiability.linalg import TIE, complete_svd, null_basis, orthonormal, signed, split_svd
+from bayesub.inference.identifiability.linalg import TIE, complete_svd, orthonormal, signed
 from bayesub.inference.interface import LinearForm
 
 ACCURACY = 1e-6  # relative; twenty bits, which no accelerometer or log of a trial reaches
@@ -204,88 +200,3 @@ def _named(scaled, lengths, names) -> dict[str, float]:
     vector = vector / np.abs(vector).max()
     order = np.argsort(-np.round(np.abs(vector), _DIGITS), kind="stable")
     return {names[k]: float(vector[k]) for k in order if vector[k] != 0.0}
-
-
-def held_fixed(system: LinearForm, n_held: int) -> dict[tuple[str, ...], float]:
-    """Which coefficients, once known, make the rest of an axis unique: every choice of `n_held` is tried.
-
-    Parameters
-    ----------
-    system : the linear form of the axis
-    n_held : number of coefficients to hold
-
-    Returns
-    -------
-    dict of names -> smallest singular value, over the largest, of the columns that are left; zero where that is
-    round-off, so that the rest is still not unique. Best choice first.
-    """
-    scaled = system.matrix / np.linalg.norm(system.matrix, axis=0)
-    triangle = np.linalg.qr(scaled, mode="r")  # the same singular values for any choice of columns
-    rounding = np.broadcast_to(system.rounding, len(system.names))
-    results = {}
-    for held in combinations(range(len(system.names)), n_held):
-        s = np.linalg.svd(np.delete(triangle, held, axis=1), compute_uv=False)
-        rest = np.delete(rounding, held)
-        unique = s[-1] > round_off((len(scaled), len(rest)), s[0], rest)
-        results[tuple(system.names[k] for k in held)] = float(s[-1] / s[0]) if unique else 0.0
-    return dict(sorted(results.items(), key=lambda item: -item[1]))
-
-
-@dataclass(frozen=True)
-class Collinearity:
-    """Relations among the regressors of one axis, with columns scaled to unit length.
-
-    Attributes
-    ----------
-    axis : such as "X"
-    names : (n_columns,) coefficients
-    correlation : (n_columns, n_columns) about zero
-    vif : (n_columns,) variance inflation factors ``1 / (1 - R^2)`` with R^2 of the regression of a column on all the
-        others; infinite where the column has a part in the null space
-    condition_indices : (n_informed,) largest singular value over each one that is not null, ascending
-    proportions : (n_informed, n_columns), the share of the variance of each coefficient that each of these directions
-        makes, with the null directions held; columns sum to one
-    """
-
-    axis: str
-    names: tuple[str, ...]
-    correlation: np.ndarray
-    vif: np.ndarray
-    condition_indices: np.ndarray
-    proportions: np.ndarray
-
-    def involved(self, i: int, least: float = 0.5) -> tuple[str, ...]:
-        """Coefficients that get at least the share `least` of their variance from direction `i`, largest first.
-
-        Belsley's rule calls a dependency harmful where the condition index exceeds 30 and two or more coefficients
-        get more than half of their variance from it.
-        """
-        row = self.proportions[i]
-        return tuple(self.names[k] for k in np.argsort(-row, kind="stable") if row[k] >= least)
-
-
-def collinearity(system: LinearForm, null: Iterable[dict[str, float]] = ()) -> Collinearity:
-    """Collinearity of one axis.
-
-    Parameters
-    ----------
-    system : with axis, names (n_columns,) and matrix (n_samples, n_columns)
-    null : null vectors of the axis (``AxisRank.null_vectors``), which are exact relations and not collinearity
-    """
-    null = tuple(null)
-    lengths = np.linalg.norm(system.matrix, axis=0)
-    scaled = system.matrix / lengths
-    basis = null_basis(system.names, null, 1.0 / lengths)
-    _, s, vt = split_svd(scaled, basis)
-    informed = len(s) - len(basis)
-    variances = (vt[:informed] / s[:informed, None]) ** 2
-    inflation = variances.sum(axis=0)
-    in_null = np.any(basis != 0.0, axis=0)
-    return Collinearity(
-        axis=system.axis,
-        names=system.names,
-        correlation=scaled.T @ scaled,
-        vif=np.where(in_null, np.inf, inflation),
-        condition_indices=s[0] / s[:informed],
-        proportions=variances / inflation,
-    )

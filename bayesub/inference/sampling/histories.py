@@ -12,7 +12,7 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import Estimate, gauss_newton, posterior_mode
-from bayesub.inference.interface import Forced, Progress, Sampled
+from bayesub.inference.interface import Forced, Progress
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.marginalised import Marginalised
 from bayesub.inference.sampling.surrogate import Surrogate, learn
@@ -40,7 +40,7 @@ class HistoryGeometry:
         """Fraction of the sweeps in which a walker moves few coordinates, of the geometry of the others."""
         return self.geometry.blocks
 
-    def evaluate(self, problem: Sampled, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, problem: Forced, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Log posterior densities (n,) in sampling coordinates y (n, n_all), up to a constant; parameters (n, n_all).
 
         Nothing is simulated outside the support of the prior, and the parameters there are not a number.
@@ -55,7 +55,7 @@ class HistoryGeometry:
             log_prob[inside] += density
         return log_prob, parameters
 
-    def log_prob(self, problem: Sampled, y: np.ndarray) -> np.ndarray:
+    def log_prob(self, problem: Forced, y: np.ndarray) -> np.ndarray:
         """(n,) log posterior densities in sampling coordinates y (n, n_all), up to a constant."""
         return self.evaluate(problem, y)[0]
 

@@ -10,56 +10,59 @@ density
 So the vector (r*, w*, rho) holds the residuals of a problem in psi alone, in which one searches and samples as ever.
 The mode of psi and w together is not the mode of psi: it lacks rho, which changes by many log units with the masses.
 
-One simulation at forces that follow psi gives the residuals there, and a Kalman filter (:mod:`bayesub.kernels.kalman`)
-w* and rho from them and G. Hundreds of simulations at draws of psi say what G is: of a long motion G changes with psi
-beyond any polynomial, but that of each piece between two knots hardly changes, and is one of few terms. The squares of
-w in r, which psi hardly changes, have the mean `bends`; it is added to the residuals.
+One simulation at forces that follow psi gives the residuals there, and the information filter
+(:mod:`bayesub.kernels.kalman`) rho and a policy: how the forces of each knot follow the state that is reached, so that
+all w are best. A second simulation in which they do gives r* and w*; what is not linear in r, or not right in G, the
+forces after it make good. Hundreds of simulations at draws of psi say what G is: of a long motion G changes with psi
+beyond any polynomial, but that of each piece between two knots hardly changes, and is one of few terms.
 
-The sampler moves in psi and in y, standard normal, from which the simulation smoother makes draws of w. A second
-simulation there gives their density
+The sampler moves in psi and in y, standard normal, of which the policy makes draws of w. These have the density
 
     prior(psi) exp(-(|r|^2 + |w|^2 + rho^2) / 2).
 
-It is exact whatever G is, for w is a function of y and psi whose derivative by y has the determinant exp(-rho^2 / 2).
-If everything is as above y is standard normal.
+It is exact whatever G is, for w is a function of y and psi, knot by knot, whose derivative by y has the determinant
+exp(-rho^2 / 2). If everything is as above y is standard normal.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
+import numba
 import numpy as np
 from scipy import linalg
 
 from bayesub.inference.identifiability.linear_model import Integrated
-from bayesub.inference.interface import Forced, LatentForces, Sampled
-from bayesub.kernels.kalman import Pieces, Smoothed, causes, smooth
+from bayesub.inference.interface import Forced, LatentForces
+from bayesub.kernels.kalman import Pieces, Policy, causes, policy
 
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
 _DRAWS = 6  # for each feature, to which terms are fitted
 _ACTIVE, _MOST_ACTIVE = 0.03, 10  # change of G, in what matters, along directions that have products; how many at most
 _WORTH = 0.003  # change of G that is worth a term
-_STORED = (*Pieces._fields, "mix", "forces", "bends")
+_STORED = (*Pieces._fields, "mix", "forces")
 _TOGETHER = 64  # draws at which G is found at once
-_NEWTON = 2  # steps to the forces that fit best at each draw
 
 
 class _Response:
     """How forces follow the other parameters in one trial, and the readings the forces.
 
     Its `pieces` are G between knots, of n_terms, which `mix` (n_features, n_terms) makes; `forces` (n_features, n_axes,
-    n_knots) are near those that fit best, and `bends` (n_rows,) means of the squares of w in the residuals.
+    n_knots) are near those that fit best.
     """
 
-    def __init__(self, history: LatentForces, pieces: Pieces, mix: np.ndarray, forces: np.ndarray, bends: np.ndarray):
+    def __init__(self, history: LatentForces, pieces: Pieces, mix: np.ndarray, forces: np.ndarray):
         self.history, self.rows, self.columns = history, history.rows, history.columns
-        self.pieces, self.mix, self.forces, self.bends = pieces, mix, forces, bends
+        self.pieces, self.mix, self.forces = pieces, mix, forces
 
-    def solve(
-        self, features: np.ndarray, full: np.ndarray, residuals: np.ndarray, y: np.ndarray | None = None
-    ) -> Smoothed:
-        """What is known of w, members of full (n, n_all) with the residuals (n, n_rows) there."""
-        n, _, n_axes, n_knots = len(full), *self.forces.shape
-        white = full[:, self.columns].reshape(n, n_axes, n_knots)
-        about = residuals[:, self.rows] + self.bends
-        y = None if y is None else y.reshape(white.shape)
-        return smooth(self.pieces, features @ self.mix, self.history.innovations(full), about, white, y)
+    def policy(
+        self, features: np.ndarray, full: np.ndarray, residuals: np.ndarray, y: np.ndarray, states: np.ndarray
+    ) -> tuple[Policy, np.ndarray]:
+        """That of w, and log determinants, of members full (n, n_all) with the residuals (n, n_rows) and states there.
+
+        Of y (n, n_white) are made draws, and the best of zero.
+        """
+        white = full[:, self.columns].reshape(len(full), *self.forces.shape[1:])
+        given = self.history.innovations(full), residuals[:, self.rows], white, y.reshape(white.shape)
+        return policy(self.pieces, features @ self.mix, *given, states)
 
     def weighed(self, pieces: Pieces, scales: np.ndarray) -> np.ndarray:
         """(n, k) all numbers of pieces of n terms, a unit of which matters as much as a standard deviation of noise.
@@ -105,7 +108,7 @@ class Marginalised:
         """What it has learned, to be stored."""
         arrays = {"centre": self.centre, "axes": self._axes, "onto": self._onto, "active": self._active}
         for k, response in enumerate(self._responses):
-            parts = *response.pieces, response.mix, response.forces, response.bends
+            parts = *response.pieces, response.mix, response.forces
             arrays |= {f"response_{k}_{key}": part for key, part in zip(_STORED, parts, strict=True)}
         return arrays
 
@@ -119,20 +122,19 @@ class Marginalised:
         linear = Integrated(self.problem, self.centre)
         by_others = self.problem.jacobian_of_others(self.centre, linear.responses)
         by_scaled = self.prior.scaled_chain(by_others, self._x)
-        rows, following = linear.out(by_scaled)
+        rows = linear.out(by_scaled)
         # The principal axes of the Laplace approximation of psi, a standard deviation long.
         covariance = np.linalg.inv(rows.T @ rows + np.eye(self.n_params))[np.ix_(self._moving, self._moving)]
         values, vectors = np.linalg.eigh(covariance)
         self._axes = vectors * np.sqrt(values)  # of x; column j is a standard deviation along the jth
         self._onto, self._active = vectors / np.sqrt(values), np.zeros((len(values), 0))
-        following = self._axes.T @ following[self._moving]  # of white coordinates by these
+        following = (rows[len(by_others) :, self._moving] @ self._axes).T  # of white coordinates by these
         self._responses = []
         for history, pieces, innovations in linear.parts:
             own = np.searchsorted(self.white, history.columns)
             white = np.vstack([self.centre[history.columns], following[:, own]])
             forces = innovations.repeated(len(white)).forces(white.reshape(len(white), *innovations.roots.shape[1:]))
-            mix, bends = np.eye(len(white), 1), np.zeros(pieces.rows.shape[1])
-            self._responses.append(_Response(history, pieces, mix, forces, bends))
+            self._responses.append(_Response(history, pieces, np.eye(len(white), 1), forces))
 
     def _features(self, others):
         """(n, n_features) of others (n, n_params): one, the principal coordinates, and products of active ones."""
@@ -143,22 +145,22 @@ class Marginalised:
 
     def fit(self, others: np.ndarray, rng: np.random.Generator) -> None:
         """Fit G and the forces to what they are at draws (n, n_params) of the others, and of the fit before."""
-        full, _ = self._solved(others)
+        full, *_ = self._solved(others)
         batches = [self._exact(full[k : k + _TOGETHER], rng) for k in range(0, len(full), _TOGETHER)]
         new = [[np.concatenate(parts) for parts in zip(*each, strict=True)] for each in zip(*batches, strict=True)]
-        known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, _, forces, *_ in new], axis=0)
+        known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, _, forces, _ in new], axis=0)
         self._exacts = [*self._exacts[-1:], (others[known], [[part[known] for part in parts] for parts in new])]
         others = np.concatenate([places for places, _ in self._exacts])
         learned = []
         for k, response in enumerate(self._responses):
             each = zip(*(parts[k] for _, parts in self._exacts), strict=True)
-            ends, rows, forces, bends, acting = map(np.concatenate, each)
+            ends, rows, forces, acting = map(np.concatenate, each)
             pieces, scales = response.pieces._replace(ends=ends, rows=rows), np.sqrt(acting.mean(axis=0))
-            learned.append((pieces, forces, bends, scales))
+            learned.append((pieces, forces, scales))
         # Active directions: the principal ones of what G changes by along each coordinate.
         self._active = np.zeros((self._onto.shape[1], 0))
         linear, changes = self._features(others), np.zeros((len(self._active), len(self._active)))
-        for response, (pieces, _, _, scales) in zip(self._responses, learned, strict=True):
+        for response, (pieces, _, scales) in zip(self._responses, learned, strict=True):
             slopes = _fitted(linear, response.weighed(pieces, scales))[1:]
             changes += slopes @ slopes.T
         squares, vectors = np.linalg.eigh(changes)
@@ -166,7 +168,7 @@ class Marginalised:
         n_active = min(n_active, int(np.count_nonzero(squares > _ACTIVE**2)))
         self._active = vectors[:, len(vectors) - n_active :]
         features = self._features(others)
-        for response, (pieces, forces, bends, scales) in zip(self._responses, learned, strict=True):
+        for response, (pieces, forces, scales) in zip(self._responses, learned, strict=True):
             terms = [_fitted(features, part) for part in pieces[:2]]
             # Few sums of terms are all that matters: the principal components of what they make of the draws.
             made = features @ response.weighed(pieces._replace(ends=terms[0], rows=terms[1]), scales)
@@ -175,96 +177,85 @@ class Marginalised:
             response.mix = _fitted(features, members)
             ends, rows = (np.tensordot(members.T @ features, term, axes=1) for term in terms)
             response.pieces = pieces._replace(ends=ends, rows=rows)
-            response.forces, response.bends = _fitted(features, forces), bends.mean(axis=0)
+            response.forces = _fitted(features, forces)
 
     def _exact(self, full, rng) -> list[tuple[np.ndarray, ...]]:
-        """Of a few members (n, n_all) the response of each trial at the forces that fit best, these, and bends."""
-        residuals, n = self.problem.residuals(full), len(full)
+        """Of a few members (n, n_all) the response of each trial, the forces that fit best, and what acts in pieces."""
         responses = []
         for response in self._responses:
-            each = [response.history.response(parameters) for parameters in full]
+            with ThreadPoolExecutor(numba.get_num_threads()) as threads:
+                each = list(threads.map(response.history.response, full))
             ends, rows = (np.concatenate([one[part] for one in each]) for part in (0, 1))
             pieces = response.pieces._replace(ends=ends, rows=rows)
-            unbent = np.zeros(len(response.bends))
-            responses.append(_Response(response.history, pieces, np.eye(n), response.forces, unbent))
-        for _ in range(_NEWTON):
-            for response in responses:
-                full[:, response.columns] = response.solve(np.eye(n), full, residuals).white.reshape(n, -1)
-            residuals = self.problem.residuals(full)
-        sides = [full.copy(), full.copy()]
-        for response in responses:
-            y = rng.standard_normal((n, len(response.columns)))
-            for side, sign in zip(sides, (1.0, -1.0), strict=True):
-                drawn = response.solve(np.eye(n), full, residuals, sign * y).white
-                side[:, response.columns] = drawn.reshape(n, -1)
-        bends = 0.5 * sum(self.problem.residuals(side) for side in sides) - residuals
+            responses.append(_Response(response.history, pieces, np.eye(len(full)), response.forces))
+        white = np.zeros((len(full), len(self.white)))
+        best, *_ = self._steered(responses, np.eye(len(full)), full, white)
+        drawn, *_ = self._steered(responses, np.eye(len(full)), full, rng.standard_normal(white.shape))
         found: list[tuple[np.ndarray, ...]] = []
         for response in responses:
-            white = full[:, response.columns].reshape(n, *response.forces.shape[1:])
-            sequences = response.history.innovations(full)
-            forces, pieces = sequences.forces(white), response.pieces
-            drawn = sequences.forces(sides[0][:, response.columns].reshape(white.shape)) - forces
-            squares = np.empty((n, pieces.ends.shape[1], pieces.ends.shape[3]))
-            for k, change in enumerate(drawn):
+            sequences, pieces = response.history.innovations(full), response.pieces
+            forces, others = (
+                sequences.forces(one[:, response.columns].reshape(len(full), *response.forces.shape[1:]))
+                for one in (best, drawn)
+            )
+            squares = np.empty((len(full), pieces.ends.shape[1], pieces.ends.shape[3]))
+            for k, change in enumerate(others - forces):
                 one = pieces._replace(ends=pieces.ends[[k]], rows=pieces.rows[[k]])
                 squares[k] = np.concatenate(list(causes(one, change[None]))) ** 2
-            found.append((pieces.ends, pieces.rows, forces, bends[:, response.rows], squares))
+            found.append((pieces.ends, pieces.rows, forces, squares))
         return found
 
+    def _steered(self, responses, features, full, y):
+        """Parameters (n, n_all) whose w are as y has them, near `full`; what is predicted; log determinants (n,)."""
+        full, predicted, states = self.problem.flown(full)
+        residuals, policies, log_determinants = self.problem.residuals(full, predicted), [], np.zeros(len(full))
+        for response, seen in zip(responses, states, strict=True):
+            own = y[:, np.searchsorted(self.white, response.columns)]
+            law, more = response.policy(features, full, residuals, own, seen)
+            policies.append(law)
+            log_determinants += more
+        full, predicted, _ = self.problem.flown(full, policies)
+        return full, predicted, log_determinants
+
     def _solved(self, others, y=None):
-        """All parameters (n, n_all) at w*, or at y from there, of others (n, n_params); log determinants (n,)."""
+        """All parameters (n, n_all) at w*, or at y from there, of others (n, n_params).
+
+        And what is predicted there, (n, n_readings), and log determinants (n,).
+        """
         features, n = self._features(others), len(others)
         full = np.empty((n, self.problem.n_params))
         full[:, self.others] = others
         for response in self._responses:
             forces = np.tensordot(features, response.forces, axes=1)
             full[:, response.columns] = response.history.innovations(full).white(forces).reshape(n, -1)
-        residuals, log_determinants = self.problem.residuals(full), np.zeros(n)
-        for response in self._responses:
-            own = None if y is None else y[:, np.searchsorted(self.white, response.columns)]
-            smoothed = response.solve(features, full, residuals, own)
-            full[:, response.columns] = smoothed.white.reshape(n, -1)
-            log_determinants += smoothed.log_determinants
-        return full, log_determinants
-
-    def _bent(self, residuals):
-        """Residuals (n, n_rows) with bends, and by how much these raise the sums of their squares."""
-        bent = residuals.copy()
-        for response in self._responses:
-            bent[:, response.rows] += response.bends
-        return bent, np.einsum("ij,ij->i", bent, bent) - np.einsum("ij,ij->i", residuals, residuals)
+        return self._steered(self._responses, features, full, np.zeros((n, len(self.white))) if y is None else y)
 
     def _rows(self, residuals, full, log_determinants) -> np.ndarray:
         return np.hstack([residuals, full[:, self.white], np.sqrt(log_determinants)[:, None]])
 
     def residuals(self, parameters: np.ndarray) -> np.ndarray:
-        """(n_batch, n_rows + n_white + 1) of the others (n_batch, n_params): r* with bends, w* and rho."""
-        solved = self._solved(np.atleast_2d(parameters))
-        return self._rows(self._bent(self.problem.residuals(solved[0]))[0], *solved)
+        """(n_batch, n_rows + n_white + 1) of the others (n_batch, n_params): r*, w* and rho."""
+        full, predicted, log_determinants = self._solved(np.atleast_2d(parameters))
+        return self._rows(self.problem.residuals(full, predicted), full, log_determinants)
 
     def misfit_about(self, centre: np.ndarray, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals with the noise as it is at `centre` (n_params,), and :meth:`log_likelihood`."""
-        about, _ = self._solved(np.atleast_2d(centre))
-        full, log_determinants = self._solved(np.atleast_2d(parameters))
-        rows, log_likelihood = self.problem.misfit_about(about[0], full)
-        rows, more = self._bent(rows)
-        return self._rows(rows, full, log_determinants), self._density(
-            log_likelihood - 0.5 * more, full, log_determinants
-        )
+        about = self.centre.copy()
+        about[self.others] = centre
+        full, predicted, log_determinants = self._solved(np.atleast_2d(parameters))
+        rows, log_likelihood = self.problem.misfit_about(about, full, predicted)
+        return self._rows(rows, full, log_determinants), self._density(log_likelihood, full, log_determinants)
 
     def misfit(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and deviances (n_batch,), infinite where a simulation failed."""
-        full, log_determinants = self._solved(np.atleast_2d(parameters))
-        rows, deviances = self.problem.misfit(full)
-        rows, more = self._bent(rows)
-        log_density = self._density(-0.5 * (deviances + more), full, log_determinants)
+        full, predicted, log_determinants = self._solved(np.atleast_2d(parameters))
+        rows, deviances = self.problem.misfit(full, predicted)
+        log_density = self._density(-0.5 * deviances, full, log_determinants)
         return self._rows(rows, full, log_determinants), -2.0 * log_density
 
     def log_likelihood(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log densities of the readings given the others (n_batch, n_params), but for a constant."""
-        full, log_determinants = self._solved(np.atleast_2d(parameters))
-        _, more = self._bent(self.problem.residuals(full))
-        return self._density(self.problem.log_likelihood(full) - 0.5 * more, full, log_determinants)
+        return self.density(self.problem, np.atleast_2d(parameters))[0]
 
     def _density(self, log_likelihood, full, log_determinants):
         white = full[:, self.white]
@@ -286,13 +277,15 @@ class Marginalised:
         """All parameters (n_all,) at the minimum w*, of the others (n_params,)."""
         return self._solved(np.asarray(parameters)[None])[0][0]
 
-    def density(self, problem: Sampled, parameters: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def density(
+        self, problem: Forced, parameters: np.ndarray, y: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Log density (n_batch,) of readings and histories in y (n_batch, n_white), given the others (n_batch, ..).
 
         And all parameters (n_batch, n_all) there. The readings are those of `problem`, which need not be smooth.
         """
-        full, log_determinants = self._solved(parameters, y)
-        return self._density(problem.log_likelihood(full), full, log_determinants), full
+        full, predicted, log_determinants = self._solved(parameters, y)
+        return self._density(problem.log_likelihood(full, predicted), full, log_determinants), full
 
     def _n_features(self, n_active) -> int:
         return 1 + self._onto.shape[1] + n_active * (n_active + 1) // 2

@@ -15,7 +15,7 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
-from bayesub.inference.interface import SMOOTH, Forced, LeastSquares, Progress, Sampled
+from bayesub.inference.interface import SMOOTH, Emulated, Forced, Modal, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import (
@@ -277,7 +277,10 @@ def learn_coordinates(
     if problem.histories:
         marginal = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), searches)
         return learn_with_histories(*marginal, surrogates, progress)
-    mode = posterior_mode(problem, rng=searches).values
+    if isinstance(problem, Modal):
+        mode = problem.posterior_mode(searches)
+    else:
+        mode = posterior_mode(problem, rng=searches).values
     if examine is not None:
         examine(mode)
     geometry = Geometry.whitened(smooth, mode)
@@ -285,14 +288,17 @@ def learn_coordinates(
     return geometry, surrogate, draws
 
 
-def jacobian_price(problem: LeastSquares, parameters: np.ndarray) -> float:
+def jacobian_price(problem: Emulated, parameters: np.ndarray) -> float:
     """The time of a Jacobian over the time per simulation in a batch, on this machine.
 
-    They are counted like any others. At the parameters (n_params,) the simulation completes.
+    They are counted like any others. At the parameters (n_params,) the simulation completes. What a problem counts as
+    several Jacobians, such as the gradients of differences, is as many.
     """
     batch = np.repeat(np.asarray(parameters, dtype=float)[None], PRICE_BATCH, axis=0)
-    simulation = _fastest(lambda: problem.residuals(batch)) / PRICE_BATCH
-    return _fastest(lambda: problem.jacobian(batch[0])) / simulation
+    simulation = _fastest(lambda: problem.log_likelihood(batch)) / PRICE_BATCH
+    before = problem.costs.jacobians
+    seconds = _fastest(lambda: problem.jacobian(batch[0]))
+    return seconds * PRICE_REPEATS / max(problem.costs.jacobians - before, 1) / simulation
 
 
 def _fastest(work) -> float:

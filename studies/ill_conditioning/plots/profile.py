@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from bayesub.inference.identifiability.profile import LEVEL_95
 from bayesub.model.equations import EquationSet
 from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
+from ill_conditioning.profile import LEVEL_95
 
 BETTER = 1000.0
 _COLOURS = (style.POSTERIOR, style.LINEAR, style.SQP, style.NULL)

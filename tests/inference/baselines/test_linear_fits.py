@@ -8,9 +8,10 @@ import pytest
 from scipy.optimize import OptimizeResult
 from support.refusals import refused
 
-from bayesub.inference.baselines import Estimate, linear_least_squares, linear_programme, total_least_squares
+from bayesub.inference.baselines import Estimate, linear_least_squares, linear_programme
 from bayesub.model.coefficients import HORIZONTAL, INDEX, columns
 from bayesub.model.linear_form import LinearSystem, linear_systems
+from rounding.total_least_squares import total_least_squares
 
 linear_programme_module = importlib.import_module("bayesub.inference.baselines.linear_programme")
 HELD = ("Yvdot", "Nvdot", "Nrdot")

@@ -40,7 +40,8 @@ def members(protocol):
 
 
 def positional(function):
-    return len([p for p in inspect.signature(function).parameters.values() if p.default is p.empty])
+    needed = [p for p in inspect.signature(function).parameters.values() if p.default is p.empty]
+    return len([p for p in needed if p.kind is not p.VAR_POSITIONAL])
 
 
 @pytest.mark.parametrize(

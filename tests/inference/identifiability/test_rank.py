@@ -10,7 +10,7 @@ from support.motions import smooth_manoeuvre
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.findings.run_numbers import null_count
-from bayesub.inference.identifiability import collinearity, held_fixed, rank
+from bayesub.inference.identifiability import rank
 from bayesub.inference.identifiability.rank import round_off
 from bayesub.kernels import workspace
 from bayesub.model.coefficients import ADDED_MASSES, columns, names_of_axis
@@ -122,24 +122,6 @@ def test_a_column_of_round_off_vanishes(name):
     assert {axis: s.names for axis, s in systems.items()} == {"X": ("Xuu",), "Y": ("Yuu",), "N": ("Nuu",)}
 
 
-def test_held_coefficients(rng):
-    """A coefficient makes the rest unique if and only if the null vector holds it; two, if a minor is not zero."""
-    free = rng.standard_normal((300, 4))
-    matrix = np.column_stack(
-        [free, free[:, 0] + free[:, 1], free[:, 2] - 2 * free[:, 0]]
-    )  # c4 = c0 + c1, c5 = c2 - 2 c0
-    one = held_fixed(system_of(matrix[:, :5]), 1)
-    assert {names for names, value in one.items() if value} == {("c0",), ("c1",), ("c4",)}
-    two = held_fixed(system_of(matrix), 2)
-    for held, value in two.items():
-        rest = np.delete(matrix, [int(name[1]) for name in held], axis=1)
-        assert (value > 0) == (np.linalg.matrix_rank(rest) == 4)
-        if value:
-            s = np.linalg.svd(rest / np.linalg.norm(rest, axis=0), compute_uv=False)
-            assert value == pytest.approx(s[-1] / s[0], rel=1e-9)
-    assert list(two.values()) == sorted(two.values(), reverse=True)
-
-
 def run_cli(monkeypatch, *arguments):
     monkeypatch.setattr(sys, "argv", ["bayesub", *arguments])
     with pytest.raises(SystemExit) as exit_:
@@ -194,61 +176,6 @@ def test_choices_do_not_hang_on_rounding(rng):
     assert verdicts[0][0] == ("a", "b")
     assert all(verdict == verdicts[0] for verdict in verdicts)
     assert all(next(iter(vector.values())) > 0.0 for vector in r.weak_vectors)
-
-
-@pytest.fixture
-def system(rng):
-    """Five regressors of very different size, of which b and d nearly cancel."""
-    matrix = rng.standard_normal((300, 5)) + 0.5
-    matrix[:, 3] = -matrix[:, 1] + 1e-3 * rng.standard_normal(300)
-    return LinearSystem("Y", tuple("abcde"), matrix * 10.0 ** np.arange(-4, 6, 2), np.zeros(300))
-
-
-def r_squared(matrix, k):
-    """R^2 about zero of regressing column k on the others."""
-    others = np.delete(matrix, k, axis=1)
-    rest = matrix[:, k] - others @ np.linalg.lstsq(others, matrix[:, k], rcond=None)[0]
-    return 1.0 - (rest @ rest) / (matrix[:, k] @ matrix[:, k])
-
-
-def test_variance_inflation_is_that_of_regression(system):
-    """VIF = 1 / (1 - R^2), column by column."""
-    found = collinearity(system)
-    scaled = system.matrix / np.linalg.norm(system.matrix, axis=0)
-    expected = [1.0 / (1.0 - r_squared(scaled, k)) for k in range(5)]
-    # The residual of the regression is known to round-off over itself, here 1e-16 / 1e-3, and enters squared.
-    np.testing.assert_allclose(found.vif, expected, rtol=1e-9)
-
-
-def test_correlation_is_a_cosine(system):
-    """Between columns as they are: no mean is taken off, and scale does not matter."""
-    a, b = system.matrix[:, 0], system.matrix[:, 1]
-    found = collinearity(system).correlation
-    assert found[0, 1] == pytest.approx(a @ b / np.sqrt((a @ a) * (b @ b)), abs=1e-14)
-    np.testing.assert_allclose(np.diag(found), 1.0, rtol=1e-14)
-    assert found[1, 3] < -0.999
-
-
-def test_variance_proportions_find_the_planted_dependency(system):
-    """One condition index beyond 30, and it carries the variance of b and d but not of the others."""
-    found = collinearity(system)
-    np.testing.assert_allclose(found.proportions.sum(axis=0), 1.0, rtol=1e-12)
-    assert np.all(np.diff(found.condition_indices) >= 0)
-    assert found.condition_indices[0] == 1.0
-    assert np.count_nonzero(found.condition_indices > 30) == 1
-    assert set(found.involved(-1)) == {"b", "d"}
-    assert found.proportions[-1, [1, 3]].min() > 0.999
-    assert found.proportions[-1, [0, 2, 4]].max() < 0.1
-
-
-def test_an_exact_relation_is_not_collinearity(system):
-    """A null vector makes its columns' inflation infinite and leaves the indices of the rest as they were."""
-    matrix = np.column_stack([system.matrix, 3.0 * system.matrix[:, 0] - system.matrix[:, 4]])
-    found = collinearity(LinearSystem("Y", tuple("abcdef"), matrix, system.load), [{"a": 3.0, "e": -1.0, "f": -1.0}])
-    np.testing.assert_array_equal(np.isinf(found.vif), [True, False, False, False, True, True])
-    assert len(found.condition_indices) == 5
-    assert set(found.involved(-1)) == {"b", "d"}
-    np.testing.assert_allclose(found.vif[1:4], collinearity(system).vif[1:4], rtol=1e-9)
 
 
 def test_a_rank_does_not_hang_on_one_motion(rng):

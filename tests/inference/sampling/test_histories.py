@@ -134,9 +134,11 @@ def test_what_was_learned_is_restored(toy, marginalised):
 def test_where_a_simulation_fails_there_is_no_density(toy, marginalised, monkeypatch):
     """And no error stops a search, nor other members of the batch."""
     residuals = toy.residuals
-    monkeypatch.setattr(
-        toy, "residuals", lambda parameters: np.where(parameters[:, :1] > 0.5, np.nan, residuals(parameters))
-    )
+
+    def failing(parameters, *predicted):
+        return np.where(parameters[:, :1] > 0.5, np.nan, residuals(parameters, *predicted))
+
+    monkeypatch.setattr(toy, "residuals", failing)
     fails = PLACES[:, 0] > 0.5
     np.testing.assert_array_equal(np.isfinite(marginalised.log_likelihood(PLACES)), ~fails)
     np.testing.assert_array_equal(np.isinf(marginalised.misfit(PLACES)[1]), fails)

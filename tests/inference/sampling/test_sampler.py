@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from support.refusals import refused
-from support.toys import AGREE, Banana, Linear, disagreement, ill_conditioned, second_moments, standardised
+from support.toys import AGREE, Banana, Cliff, Linear, disagreement, ill_conditioned, second_moments, standardised
 
 import bayesub as bs
 from bayesub.inference.checks import convergence
@@ -111,13 +111,6 @@ def test_the_same_seed_gives_the_same_chain():
 
 def test_failing_simulations_do_not_enter_the_chain():
     """Where the log posterior is -inf nobody starts and nobody goes."""
-
-    class Cliff(Banana):
-        def residuals(self, parameters):
-            residuals = super().residuals(parameters)
-            residuals[parameters[:, 0] > 1.0] = np.nan
-            return residuals
-
     posterior = bs.sample(Cliff(), rng=np.random.default_rng(3), n_walkers=16, max_steps=300, criteria=ENDLESS)
     assert posterior.draws[:, 0].max() <= 1.0
     assert posterior.draws[:, 0].max() > 0.9

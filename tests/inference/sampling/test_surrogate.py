@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.toys import Banana, Linear, Toy, ill_conditioned
+from support.toys import Banana, Cliff, Linear, Toy, ill_conditioned
 
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.sampling.geometry import Geometry
@@ -122,13 +122,6 @@ def test_errors_of_the_emulator_lower_the_power(rng):
 
 def test_failed_simulations_are_left_out():
     """Where the simulation fails nothing is learned, and nothing breaks."""
-
-    class Cliff(Banana):
-        def residuals(self, parameters):
-            residuals = super().residuals(parameters)
-            residuals[parameters[:, 0] > 1.0] = np.nan
-            return residuals
-
     _, surrogate, draws = learned(Cliff())
     assert np.isfinite(surrogate.polynomials.linear).all()
     assert np.isfinite(draws).all()

@@ -28,15 +28,6 @@ def posterior_of(draws):
     return SimpleNamespace(names=NAMES, draws=draws)
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """The figures that are made."""
-    figures = []
-    make = style.Figure
-    monkeypatch.setattr(style, "Figure", lambda **options: figures.append(make(**options)) or figures[-1])
-    return figures
-
-
 def test_what_trades_off_is_chosen_strongest_pairs_first():
     pairs = [(2 * k, 2 * k + 1, 0.95 - 0.1 * k) for k in range(8)]
     some = correlation_of(20, pairs)
@@ -75,7 +66,7 @@ def test_what_is_constant_is_drawn_without_a_warning(tmp_path):
     corner.draw_pairs(tmp_path / "pairs.png", posterior_of(draws), prior, REFERENCE, EQUATIONS, [(0, 1), (0, 2)])
 
 
-def test_number_and_picture_of_a_pair_have_one_sign(tmp_path, drawn):
+def test_number_and_picture_of_a_pair_have_one_sign(tmp_path, drawings):
     """Of coefficients of unlike sign: what falls as ratios has a negative number in its title, and in its corner."""
     rng = np.random.default_rng(0)
     common, own = 0.1 * rng.standard_normal((2, 2000, 1))
@@ -86,11 +77,11 @@ def test_number_and_picture_of_a_pair_have_one_sign(tmp_path, drawn):
     corner.draw(tmp_path / "corner.png", posterior, prior, REFERENCE, EQUATIONS, chosen=np.array([1, 2]))
     rho = np.corrcoef(ratios.T)[1, 2]
     assert rho < -0.9
-    assert drawn[0].axes[0].get_title() == rf"$\rho$ = {rho:+.2f}".replace("-", "\u2212")
-    assert f"{rho:.2f}".replace("-", "\u2212") in [text.get_text() for text in drawn[1].axes[0].texts]
+    assert drawings[0].axes[0].get_title() == rf"$\rho$ = {rho:+.2f}".replace("-", "\u2212")
+    assert f"{rho:.2f}".replace("-", "\u2212") in [text.get_text() for text in drawings[1].axes[0].texts]
 
 
-def test_solutions_that_do_not_fit_are_hollow_and_those_beyond_do_not_stretch_the_axes(tmp_path, drawn):
+def test_solutions_that_do_not_fit_are_hollow_and_those_beyond_do_not_stretch_the_axes(tmp_path, drawings):
     draws = REFERENCE * (1.0 + 0.1 * np.random.default_rng(0).standard_normal((2000, 3)))
     ratios = np.array([[1.0, 1.1, 1.0], [1.0, 0.9, 1.0], [1.0, 9.0, 1.0]])
     good = np.array([True, False, True])
@@ -98,11 +89,11 @@ def test_solutions_that_do_not_fit_are_hollow_and_those_beyond_do_not_stretch_th
     prior = Normal(REFERENCE, 0.2 * np.abs(REFERENCE))
     arguments = posterior_of(draws), prior, REFERENCE, EQUATIONS
     corner.draw_pairs(tmp_path / "pairs.png", *arguments, [(0, 1)], [found])
-    (axis,) = drawn[0].axes
+    (axis,) = drawings[0].axes
     assert axis.get_ylim()[1] < 2.0
     points = {line.get_marker(): line for line in axis.lines if len(line.get_xdata()) and line.get_marker() in "o^"}
     shown = [line for line in axis.lines if line.get_marker() == "o"]
     assert [same_color(line.get_markerfacecolor(), style.SQP) for line in shown] == [True, False]
     assert 0.9 < points["^"].get_ydata()[0] < 1.0  # at the upper edge, in the axis's own units
-    words = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    words = [text.get_text() for text in drawings[0].legends[0].get_texts()]
     assert {"hollow: no fit, or at a bound", "arrow: beyond the axes (1)", found.label} <= set(words)

@@ -190,15 +190,6 @@ def test_a_regressor_without_a_subscript_is_written_as_in_its_file():
     assert collinearity._regressor("Nur", some) == "$ur$"
 
 
-@pytest.fixture
-def drawings(monkeypatch):
-    """The figures that are made."""
-    figures = []
-    make = style.Figure
-    monkeypatch.setattr(style, "Figure", lambda **options: figures.append(make(**options)) or figures[-1])
-    return figures
-
-
 def words(drawing: Figure) -> set[str]:
     """All labels of axes and of the figure."""
     labels = {text for axis in drawing.axes for text in (axis.get_xlabel(), axis.get_ylabel())}

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.inference.identifiability import cancellation, contribution, rank
+from bayesub.inference.identifiability import rank
 from bayesub.model.coefficients import HORIZONTAL, INDEX
 from bayesub.model.linear_form import linear_systems
+from ill_conditioning.contribution import cancellation, contribution
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,1 @@
+"""What the study of the reference posteriors of posteriordb is made of."""
