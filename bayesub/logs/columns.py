@@ -67,9 +67,8 @@ def check_stamps(log: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], lis
             times[k + 1 :] += step
     same = np.flatnonzero(np.diff(times) == 0.0)
     if len(same):
-        message = (
-            f"{len(same)} of {len(times)} rows repeat the stamp of the row before, first at {times[same[0]]:.6g} s"
-        )
+        message = f"{len(same)} of {len(times)} rows repeat the stamp of the row before, first at "
+        message += f"{times[same[0]]:.6g} s"
         remedy = "delete one row of each two, or join their cells"
         firsts = np.flatnonzero(np.diff(times, prepend=-np.inf) > 0.0)
         if len(same) > ROUNDED * len(times):

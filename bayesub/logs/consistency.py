@@ -221,10 +221,8 @@ def _check_signs_of_controls(data: Data, headers: dict[str, str]) -> list[Findin
         if rate in data:
             correlation = _correlation(data[name], data[rate], righted)
         elif angle is not None:
-            middle = 0.5 * (angle.times[1:] + angle.times[:-1])
-            correlation = _correlation(
-                data[name], Series(middle, np.diff(angle.values) / np.diff(angle.times)), righted
-            )
+            slope = np.diff(angle.values) / np.diff(angle.times)
+            correlation = _correlation(data[name], Series(0.5 * (angle.times[1:] + angle.times[:-1]), slope), righted)
         else:
             continue
         if correlation * sign < -CLEAR:

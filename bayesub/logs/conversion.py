@@ -77,21 +77,16 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     last = max(columns, key=lambda name: columns[name].times[-1])
     span = columns[last].times[-1] - min(column.times[0] for column in columns.values())
     if span > log_files.LONGEST:
-        message = (
-            f"{log.path}: '{columns[last].section.signal}' ends {span:.3g} s after the first reading, more than a "
-        )
-        message += "year; give [time] unit, or cut off a damaged stamp by start_s and end_s"
+        message = f"{log.path}: '{columns[last].section.signal}' ends {span:.3g} s after the first reading, more than "
+        message += "a year; give [time] unit, or cut off a damaged stamp by start_s and end_s"
         raise InputError(message, "data", "time")
     # An order that is held lasts to the end.
     ends = {name: np.inf if column.section.held else column.times[-1] for name, column in columns.items()}
     late, early = max(columns, key=lambda name: columns[name].times[0]), min(ends, key=lambda name: ends[name])
     if columns[late].times[0] > ends[early]:
-        message = (
-            f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends {ends[early] - zero:.6g} s and "
-        )
-        message += (
-            f"'{late}' begins {columns[late].times[0] - zero:.6g} s after {zero:.12g}; are their clocks different? "
-        )
+        message = f"{log.path}: '{late}' and '{early}' have no time in common: '{early}' ends "
+        message += f"{ends[early] - zero:.6g} s and '{late}' begins {columns[late].times[0] - zero:.6g} s after "
+        message += f"{zero:.12g}; are their clocks different? "
         raise InputError(message + "delay_s of a column shifts it, [time.tables.NAME] names another", "conflict", late)
     times, cells = _rows(columns, zero)
     sources = {name: column.section.signal for name, column in columns.items()}
@@ -175,10 +170,8 @@ def _why_back(steps: np.ndarray) -> str:
     if period in WRAPS or (len(back) > 1 and np.allclose(jumps, period, rtol=0.02)):
         line = f"wraps_every_s = {float(f'{period:.3g}') if period not in WRAPS else period:.12g}"
         return f"its clock seems to begin again every {period:.6g} s; write {line} under [time] of the map"
-    remedy = (
-        "cut the file there, take a signal with another clock, or keep one run by where (--list names a column for it)"
-    )
-    return f"its clock was set, or another run begins; {remedy}"
+    words = "its clock was set, or another run begins; cut the file there, take a signal with another clock, or keep "
+    return words + "one run by where (--list names a column for it)"
 
 
 def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, where: str) -> np.ndarray:
@@ -196,10 +189,8 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
     has_rule = section.points is not None or section.factor is not None
     unit = section.unit or ("" if has_rule else unit)
     if target and not unit and not has_rule:
-        message = (
-            f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, or "
-        )
-        raise InputError(message + "factor", "missing", f"columns.{name}.unit")
+        message = f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, "
+        raise InputError(message + "or factor", "missing", f"columns.{name}.unit")
     if unit and target:
         try:
             factor = units.factor(unit, target, section.water_density_kgm3)
@@ -221,10 +212,8 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
         first -= 1
         times = np.maximum(times, start)
     if first >= last:
-        message = (
-            f"{source}: section 'time': no reading of '{name}' from {path} lies between start_s and end_s; it has "
-        )
-        message += f"{times[0] - zero:.6g} to {times[-1] - zero:.6g} s after the zero {zero:.12g}"
+        message = f"{source}: section 'time': no reading of '{name}' from {path} lies between start_s and end_s; it "
+        message += f"has {times[0] - zero:.6g} to {times[-1] - zero:.6g} s after the zero {zero:.12g}"
         raise InputError(message, "data", "time")
     return replace(column, times=times[first:last], values=column.values[first:last])
 

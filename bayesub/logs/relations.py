@@ -88,9 +88,7 @@ class Relation:
         begin = max(part.times[0] for part in parts.values())
         end = min(part.times[-1] for part in parts.values())
         finest = min(rates.values(), key=lambda part: part.interval)
-        times, at = (
-            part.times[(part.times >= begin) & (part.times <= end)] for part in (finest, parts[self.targets[0]])
-        )
+        times, at = (t[(t >= begin) & (t <= end)] for t in (finest.times, parts[self.targets[0]].times))
         if min(len(times), len(at)) < 2 * WINDOWS:
             return None
         values = np.reshape(self.rates({name: part.at(times) for name, part in rates.items()}), (-1, len(times)))

@@ -22,25 +22,21 @@ def of_one(path: Path, frames: Iterable[Any], names: list[str], where: dict[str,
     """The rows of tables of pandas whose columns (by place) hold what a map asks for; InputError if there are none."""
     import pandas as pd
 
-    n, fault = 0, InputError(f"{path}: has no rows", "data")
+    n = 0
     for cells in frames:
         for name, wanted in where.items():
             key = f"where.{name}"
             check_known(name, names, f"{path}: key '{key}': has no column '{name}'", key=key)
             column = cells[names.index(name)]
-            texts = column.astype(str).str.strip()
-            # Numbers of a column may be whole in one table, and not in the next.
-            same = (texts == wanted) | (pd.to_numeric(texts, errors="coerce") == pd.to_numeric(wanted, errors="coerce"))
-            if not same.any() and fault.kind == "data":
-                found = ", ".join(map(repr, column.dropna().unique()[:6].tolist()))
-                message = f"{path}: key '{key}': no row has {wanted!r}; '{name}' has {found}"
-                fault = InputError(message, "value", key)
-            cells = cells[same]
+            texts, number = column.astype(str).str.strip(), pd.to_numeric(wanted, errors="coerce")
+            cells = cells[(texts == wanted) | (pd.to_numeric(texts, errors="coerce") == number)]  # 7 may be 7.0 here
+            if not len(cells):
+                break
         n += len(cells)
-        if len(cells):
-            yield cells
+        yield cells
     if not n:
-        raise fault
+        found = ", ".join(map(repr, column.dropna().unique()[:6].tolist()))
+        raise InputError(f"{path}: key '{key}': no row has {wanted!r}; '{name}' has {found}", "value", key)
 
 
 class Cells:
@@ -91,10 +87,7 @@ def compared(frames: Iterable[Any], names: list[str], times: np.ndarray) -> list
 
 
 def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
-    """Columns that tell apart the rows of several boats, which jump from one to the next or begin anew in time.
-
-    Of the rows that are compared: cells, as pandas has them and as numbers, and times (LOOK,).
-    """
+    """Columns that tell apart the rows of several boats, which jump from one to the next or begin anew in time."""
     import pandas as pd
 
     result, back = [], np.diff(times) < 0.0

@@ -159,12 +159,9 @@ def _parsed(texts: Any, pattern: str) -> np.ndarray:
     """Seconds since 1970 (n,) of texts by a pattern; not a number for those that do not follow it."""
     import pandas as pd
 
-    def seconds(part):
-        plain = pd.Series(part, dtype=str).str.replace(",", ".", regex=False)
-        moments = pd.to_datetime(plain, format=pattern, errors="coerce", utc=True)
-        return (moments - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds().to_numpy()
-
-    return np.concatenate([seconds(part) for part in _blocks(texts)])
+    plain = (pd.Series(part, dtype=str).str.replace(",", ".", regex=False) for part in _blocks(texts))
+    moments = [pd.to_datetime(part, format=pattern, errors="coerce", utc=True) for part in plain]
+    return (pd.concat(moments) - pd.Timestamp("1970-01-01", tz="UTC")).dt.total_seconds().to_numpy()
 
 
 def _parts(texts: Any, pattern: str) -> Any:

@@ -102,6 +102,8 @@ Table = tuple[list[str], list[str], str, Callable[[], Iterator[Any]], list[str],
 
 def _parquet(path: Path, progress: Progress) -> Table:
     file = library("pyarrow.parquet", path).ParquetFile(path, pre_buffer=False, buffer_size=ROWS)
+    if not file.metadata.num_rows:
+        raise InputError(f"{path}: has no rows", "data")
     # The index of pandas has no name, and is the time if it holds moments.
     fields = [("time" if str(f.type).startswith(("time", "duration")) else "", f.name) for f in file.schema_arrow]
     heads = [time if time and name.startswith("__index_level_") else name for time, name in fields]
