@@ -41,9 +41,8 @@ def write(site: Path, pages: Mapping[str, Page], reports: Path | None) -> int:
     `reports`: a folder of runs whose reports it shows beside those in ``figures``.
     """
     if not (ROOT / STUDIES).is_file():
-        raise InputError(
-            "--site needs a clone of the repository: README and figures are no part of the package", "file"
-        )
+        message = "--site needs a clone of the repository: README and figures are no part of the package"
+        raise InputError(message, "file")
     if missing := [name for name in ("zensical", "latex2mathml") if not find_spec(name)]:
         raise InputError(f"--site needs {' and '.join(missing)}: pip install 'bayesub[site]'", "install", missing[0])
     if site.exists() and not (site / MARK).is_file() and (not site.is_dir() or any(site.iterdir())):

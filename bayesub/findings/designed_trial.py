@@ -317,10 +317,8 @@ def sentence(design: DesignedTrial) -> str:
     given, after, parts = design.after_standard, design.after, []
     for asked in design.asked:
         unit = f" {asked.unit}" if asked.unit else ""
-        text = (
-            f"{asked.name} = {asked.value:.3g}{unit}: expected sd {after.sd_of(asked.gradient):.2g}{unit}, before the "
-        )
-        text += f"trial {design.before.prior_sd_of(asked.gradient):.2g}"
+        text = f"{asked.name} = {asked.value:.3g}{unit}: expected sd {after.sd_of(asked.gradient):.2g}{unit}, before "
+        text += f"the trial {design.before.prior_sd_of(asked.gradient):.2g}"
         parts.append(text + ("" if given is None else f", standard manoeuvre {given.sd_of(asked.gradient):.2g}"))
     counts = [information.n_known(design.share) for information in design.on_draws]
     known = f"Known to {100 * design.share:g} %: {after.n_known(design.share)} of {len(after.names)} coefficients"

@@ -25,16 +25,10 @@ def advice(problem: AnyProblem) -> str:
                 times = channel.times[:: (every := max(round(rows / readings), 1))]
                 moved = np.interp(times, history.times, history.controls[:, k])
                 correlation, n_steps = answer(moved, channel.values[::every])
-                text = (
-                    f"{control.column}{of_trial} answers {channel.name} as an autopilot does ({correlation:.2f} is the "
-                )
-                text += (
-                    f"correlation of what is new in both, by chance at most {CHANCE / np.sqrt(len(times)):.2f}): it "
-                )
-                text += (
-                    "holds against waves and gusts, whose forces a fit takes for those of hull and rudder, and only "
-                )
-                text += f"its {n_steps} own steps move the boat; "
+                text = f"{control.column}{of_trial} answers {channel.name} as an autopilot does ({correlation:.2f} is "
+                text += f"the correlation of what is new in both, by chance at most {CHANCE / np.sqrt(len(times)):.2f}"
+                text += "): it holds against waves and gusts, whose forces a fit takes for those of hull and rudder, "
+                text += f"and only its {n_steps} own steps move the boat; "
                 text += "" if axis in inferred else f'infer the forces ([disturbance] axes = ["{axis}"]), and '
                 parts += [f"{text}fly a run without autopilot, with steps by a plan"] if correlation else []
     return ". ".join(parts)

@@ -143,13 +143,7 @@ def numbers_of(results: Results) -> dict:
     """Every number of a report and its sentences, as JSON types, without those of the study that asked."""
     problem, spectrum, null_space = results.problem, results.spectrum, results.null_space
     numbers = run_numbers.collect(
-        problem,
-        results.estimates,
-        spectrum,
-        results.posterior,
-        results.summary,
-        null_space,
-        results.conditional_sd,
+        problem, results.estimates, spectrum, results.posterior, results.summary, null_space, results.conditional_sd
     )
     numbers["null_contraction"] = results.null_contraction.tolist()
     numbers["set_up"] = set_up.rows(results.problem)

@@ -331,9 +331,7 @@ def _others_known(numbers) -> dict[str, str]:
 
 def _strong_pairs(trade_offs) -> str:
     strong = [t for t in trade_offs if abs(t["correlation"]) >= STRONG][:QUOTED]
-    return ", ".join(
-        f"{first} with {second} ({t['correlation']:+.2f})" for t in strong for first, second in [t["pair"]]
-    )
+    return ", ".join(f"{' with '.join(t['pair'])} ({t['correlation']:+.2f})" for t in strong)
 
 
 def _search(numbers) -> dict[str, str]:

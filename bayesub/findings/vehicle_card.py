@@ -180,9 +180,7 @@ def _dive_line(numbers):
 def _mass_line(numbers):
     mass = numbers["mass_matrix"]
     pairs = {pair: difference for pair, difference in mass["added_mass_differences"].items() if difference > 0.01}
-    differ = ", ".join(
-        f"{pair.replace('-', ' and ')} by {100 * difference:.0f} %" for pair, difference in pairs.items()
-    )
+    differ = ", ".join(f"{pair.replace('-', ' and ')} by {100 * share:.0f} %" for pair, share in pairs.items())
     definite = "positive definite" if mass["positive_definite"] else "NOT positive definite"
     return f"{definite}; added mass {f'not symmetric: {differ}' if differ else 'symmetric'}"
 

@@ -127,9 +127,8 @@ def sentence(rows: Sequence[Mapping]) -> str:
     texts = []
     for row in rows:
         parts = " ".join(f"{factor:+.3g} {zero}" for zero, factor in row["with"].items())
-        texts.append(
-            f"{row['coefficient']} {parts} to {row['sd']:.2g} ({row['coefficient']} alone to {row['alone']:.2g})"
-        )
+        name = row["coefficient"]
+        texts.append(f"{name} {parts} to {row['sd']:.2g} ({name} alone to {row['alone']:.2g})")
     return f"Known only together with the zeros of actuators: {', '.join(texts)}."
 
 

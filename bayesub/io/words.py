@@ -16,10 +16,8 @@ _UNITS |= {"m": "m", "deg": "deg", "s": "s", "kg": "kg", "percent": "%", "percen
 # What the label and the unit of a coefficient may be, so that they are formulae of LaTeX and nothing else: letters,
 # signs, and commands of mathematics. Two carets would write any character.
 _COMMANDS = "dot ddot bar hat tilde vec mathrm mathit mathbf left right vert mid cdot times prime sin cos"
-_COMMANDS += (
-    " alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa lambda mu nu xi pi rho sigma"
-)
-_COMMANDS += " tau upsilon phi varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
+_COMMANDS += " alpha beta gamma delta epsilon varepsilon zeta eta theta vartheta iota kappa lambda mu nu xi pi rho"
+_COMMANDS += " sigma tau upsilon phi varphi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega"
 _COMMAND = rf"\\(?:(?:{'|'.join(_COMMANDS.split())})(?![A-Za-z])|[,;:! |])"
 LABEL = re.compile(rf"(\$?)(?:[\w '|{{}},.+\-*/=()]|\^(?!\^)|{_COMMAND})+\1")
 UNIT = re.compile(r"(?:[\w °·/*.+\-()]|\^(?!\^))+")

@@ -130,9 +130,7 @@ class Relation:
         if not self.drift:
             return misfit
         total = np.sum(elapsed**2)
-        change, by_rates = (
-            some - elapsed * (np.sum(elapsed * some, axis=0, keepdims=True) / total) for some in (change, by_rates)
-        )
+        change, by_rates = (x - elapsed * (np.sum(elapsed * x, axis=0) / total) for x in (change, by_rates))
         return min(misfit, _difference(change, by_rates, elapsed), key=lambda one: one.share)
 
 

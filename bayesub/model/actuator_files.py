@@ -251,9 +251,8 @@ def check_fit(
             raise InputError(text, "missing", "actuators.plane_limit_deg")
         return
     if not section:
-        raise InputError(
-            "actuators: there are none; add [[actuators]], or give the table [actuators]", "missing", "actuators"
-        )
+        message = "actuators: there are none; add [[actuators]], or give the table [actuators]"
+        raise InputError(message, "missing", "actuators")
     for key in ("name", "header"):
         values = [getattr(one, key) for one in section]
         repeated = next((value for value in values if values.count(value) > 1), None)
@@ -265,15 +264,13 @@ def check_fit(
     for one in section:
         where = f"actuators: {one.kind} '{one.name}'"
         if displaced and one.name in (VOLUME, COMPRESSIBILITY):
-            raise InputError(
-                f"{where}: the name is that of the hull's {one.name}; give it another", "conflict", one.name
-            )
+            message = f"{where}: the name is that of the hull's {one.name}; give it another"
+            raise InputError(message, "conflict", one.name)
         if one.kind == "fin":
             for column in one.mixing or ():
                 if column not in known or not column.endswith("_deg"):
-                    raise InputError(
-                        f"{where}: mixing knows no control '{column}'{nearest(column, known)}", "unknown", column
-                    )
+                    message = f"{where}: mixing knows no control '{column}'{nearest(column, known)}"
+                    raise InputError(message, "unknown", column)
             if not any(share for column, share in one.shares.items() if column in of_equations):
                 raise InputError(f"{where}: moves no control of the equations '{equations.name}'", "model", one.name)
         elif one.header in of_equations:

@@ -192,9 +192,8 @@ class Disturbance:
         check_kind(self.kind)
         for axis, sd in zip(self.axes, self.sds, strict=True):
             if not (np.isfinite(sd) and sd > 0):
-                raise InputError(
-                    f"disturbance: the sd of {axis} must be positive, found {sd:g}; leave the axis out", "value", axis
-                )
+                message = f"disturbance: the sd of {axis} must be positive, found {sd:g}; leave the axis out"
+                raise InputError(message, "value", axis)
         for key in ("correlation_time_s", "correlation_time_current_s"):
             time = getattr(self, key)
             if time is not None and not (np.isfinite(time) and time > 0):
@@ -281,9 +280,8 @@ def check_axes(axes: Iterable[str], subproblem: str | None = None) -> None:
         raise InputError(f"disturbance: name at least one axis of {' '.join(DISTURBED)}", "missing", "axes")
     for axis in axes:
         if axis not in DISTURBED:
-            raise InputError(
-                f"disturbance: unknown axis '{axis}': expected some of {' '.join(DISTURBED)}", "unknown", axis
-            )
+            message = f"disturbance: unknown axis '{axis}': expected some of {' '.join(DISTURBED)}"
+            raise InputError(message, "unknown", axis)
         if axes.count(axis) > 1:
             raise InputError(f"disturbance: axis {axis} is named twice", "conflict", axis)
         if axis not in _PLANES[subproblem]:

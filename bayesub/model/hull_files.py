@@ -133,9 +133,8 @@ class HullFile(Section):
             breadth, height = (radius.min() for radius in info.data["hull"].half_widths(at))
             for key, radius in (("top_m", height), ("bottom_m", height), ("side_m", breadth)):
                 if 0.0 < getattr(fins, key) <= radius:
-                    raise ValueError(
-                        f"fins '{fins.name}': {key} must exceed the radius of the hull there, {radius:.3g}"
-                    )
+                    message = f"fins '{fins.name}': {key} must exceed the radius of the hull there, {radius:.3g}"
+                    raise ValueError(message)
         return sections
 
     @pydantic.model_validator(mode="after")

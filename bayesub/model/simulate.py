@@ -70,9 +70,8 @@ def simulate(
     xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
     n = len(vehicle.xi)
     if xi.shape[-1:] != (n,) or xi.ndim > 2 or not np.isfinite(xi).all():
-        raise InputError(
-            f"xi must be finite with shape ({n},) or (n_batch, {n}), found shape {xi.shape}", "value", "xi"
-        )
+        message = f"xi must be finite with shape ({n},) or (n_batch, {n}), found shape {xi.shape}"
+        raise InputError(message, "value", "xi")
     if sample is None:
         times = manoeuvre.times
     elif np.isfinite(sample) and 0 < sample <= manoeuvre.duration:
@@ -81,9 +80,8 @@ def simulate(
             raise InputError(text, "limit", "sample")
         times = np.arange(int(manoeuvre.duration / sample * (1 + 1e-12)) + 1) * sample
     else:
-        raise InputError(
-            f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}", "value", "sample"
-        )
+        message = f"the output interval must lie between 0 and {manoeuvre.duration:g} s, found {sample}"
+        raise InputError(message, "value", "sample")
     times = np.minimum(times, manoeuvre.duration)
     changes, known = {}, vehicle.actuators.parameters
     for name, value in (actuators or {}).items():

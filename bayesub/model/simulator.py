@@ -112,9 +112,8 @@ class Simulator:
     def _check_options(self):
         """InputError for options that do not exist or do not go together."""
         if self.controls not in ("linear", "hold"):
-            raise InputError(
-                f"unknown control convention '{self.controls}': expected linear or hold", "unknown", "controls"
-            )
+            message = f"unknown control convention '{self.controls}': expected linear or hold"
+            raise InputError(message, "unknown", "controls")
         if self.attitude not in ("euler", "quaternion"):
             raise InputError(f"unknown attitude '{self.attitude}': expected euler or quaternion", "unknown", "attitude")
         if self.dt is not None and not (np.isfinite(self.dt) and self.dt > 0):
@@ -140,15 +139,13 @@ class Simulator:
         """InputError for output times that descend or lie outside the manoeuvre, and for too many steps."""
         times, manoeuvre = self.times, self.manoeuvre
         if times.size == 0 or not (times[0] >= 0 and times[-1] <= manoeuvre.duration * (1 + 1e-12)):
-            raise InputError(
-                f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s", "value", "times"
-            )
+            message = f"output times must lie within the manoeuvre, 0 to {manoeuvre.duration:g} s"
+            raise InputError(message, "value", "times")
         steps = np.diff(times)
         if not np.all(steps >= 0):
             k = int(np.argmin(steps >= 0))
-            raise InputError(
-                f"output times must ascend, found {times[k + 1]:g} s after {times[k]:g} s", "value", "times"
-            )
+            message = f"output times must ascend, found {times[k + 1]:g} s after {times[k]:g} s"
+            raise InputError(message, "value", "times")
         if not times[-1] / self.step <= MAX_STEPS:
             raise InputError(
                 f"{manoeuvre.name}: {times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "

@@ -21,16 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayesub.io.errors import InputError
-from bayesub.model.disturbance import (
-    CURRENTS,
-    DISTURBED,
-    KINDS,
-    ForceHistory,
-    Knots,
-    by_time,
-    check_axes,
-    check_kind,
-)
+from bayesub.model.disturbance import CURRENTS, DISTURBED, KINDS, ForceHistory, Knots, by_time, check_axes, check_kind
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import WHITE, Prior
 

@@ -136,9 +136,8 @@ class Given(CoefficientPrior):
         for first, second, correlation in self.correlations:
             for name in (first, second):
                 if not isinstance(self.priors.get(name), Normal):
-                    raise InputError(
-                        f"prior: '{name}' is correlated but is not given a mean and an sd", "missing", name
-                    )
+                    message = f"prior: '{name}' is correlated but is not given a mean and an sd"
+                    raise InputError(message, "missing", name)
             if first == second or not -1.0 < correlation < 1.0:
                 fault = "prior: a correlation is of two coefficients and between -1 and 1"
                 raise InputError(f"{fault}, found {correlation} of {first} and {second}", "value", "correlations")

@@ -132,9 +132,7 @@ def product(regressor: str) -> Markup:
     powers: dict[str, int] = {}
     for name, _, power in (factor.strip().partition("^") for factor in regressor.split("*")):
         powers[name] = powers.get(name, 0) + int(power or 1)
-    raised = (
-        Markup("{}<sup>{}</sup>" if power != 1 else "{}").format(_factor(f), power) for f, power in powers.items()
-    )
+    raised = (Markup("{}<sup>{}</sup>" if n != 1 else "{}").format(_factor(f), n) for f, n in powers.items())
     return Markup(" ").join(raised)
 
 

@@ -223,9 +223,8 @@ def _each(sensors) -> Iterable[Sensor]:
         yield sensors
         return
     if isinstance(sensors, str) or not isinstance(sensors, Iterable):
-        raise InputError(
-            f"a sensor, an instrument or a sequence of them was expected, found {sensors!r}", "value", "sensors"
-        )
+        message = f"a sensor, an instrument or a sequence of them was expected, found {sensors!r}"
+        raise InputError(message, "value", "sensors")
     for part in sensors:
         yield from _each(part)
 

@@ -58,10 +58,7 @@ class Normality:
             "close": self.close,
             "sentence": self.sentence,
             "parameters": [{"name": name, "skewness": s, "quantile_distance": d} for name, s, d in rows],
-            "directions": {
-                "skewness": self.skewness_along.tolist(),
-                "quantile_distance": self.distance_along.tolist(),
-            },
+            "directions": {"skewness": self.skewness_along.tolist(), "quantile_distance": self.distance_along.tolist()},
             "noise": self.noise,
         }
 

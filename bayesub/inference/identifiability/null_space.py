@@ -13,12 +13,7 @@ from numpy.typing import ArrayLike
 
 from bayesub.inference.identifiability.linalg import null_basis
 from bayesub.inference.identifiability.rank import ACCURACY, AxisRank, rank
-from bayesub.inference.interface import (
-    Identifiable,
-    InferencePrior,
-    PointEstimate,
-    parameter_vector,
-)
+from bayesub.inference.interface import Identifiable, InferencePrior, PointEstimate, parameter_vector
 
 RANK_DRAWS = 12  # of the posterior, at which a rank is taken beside that of one point
 _LINES, _REACH, _POINTS = 250, np.arcsinh(50.0), 161  # draws, and places on the line through each, in prior sds

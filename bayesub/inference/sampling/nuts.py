@@ -279,13 +279,7 @@ def sample_nuts(
         return max(possible, key=lambda y: np.abs(geometry.with_gradient(problem, y)[1]).min(), default=corners[0])
 
     model = nutpie.compiled_pyfunc.from_pyfunc(
-        n,
-        lambda: log_prob,
-        lambda *_: draw,
-        [np.dtype(float)],
-        [(n,)],
-        ["parameters"],
-        make_initial_point_fn=start,
+        n, lambda: log_prob, lambda *_: draw, [np.dtype(float)], [(n,)], ["parameters"], make_initial_point_fn=start
     )
     trace = nutpie.sample(
         model,

@@ -22,7 +22,7 @@ def of_one(path: Path, frames: Iterable[Any], names: list[str], where: dict[str,
     """The rows of tables of pandas whose columns (by place) hold what a map asks for; InputError if there are none."""
     import pandas as pd
 
-    n = 0
+    n, labels = 0, dict[str, dict[Any, None]]()
     for cells in frames:
         for name, wanted in where.items():
             key = f"where.{name}"
@@ -31,11 +31,12 @@ def of_one(path: Path, frames: Iterable[Any], names: list[str], where: dict[str,
             texts, number = column.astype(str).str.strip(), pd.to_numeric(wanted, errors="coerce")
             cells = cells[(texts == wanted) | (pd.to_numeric(texts, errors="coerce") == number)]  # 7 may be 7.0 here
             if not len(cells):
+                labels.setdefault(name, {}).update(dict.fromkeys(column.dropna().unique()[:6].tolist()))
                 break
         n += len(cells)
         yield cells
     if not n:
-        found = ", ".join(map(repr, column.dropna().unique()[:6].tolist()))
+        found = ", ".join(list(map(repr, labels[name]))[:6])
         raise InputError(f"{path}: key '{key}': no row has {wanted!r}; '{name}' has {found}", "value", key)
 
 

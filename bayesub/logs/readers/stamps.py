@@ -90,7 +90,8 @@ def as_numbers(column: Any) -> np.ndarray:
 
     if column.dtype.kind not in "biuf":
         plain = (part.astype(str).str.strip().str.replace(",", ".", regex=False) for part in _blocks(column))
-        column = pd.concat([pd.to_numeric(part, errors="coerce") for part in plain])
+        whole = (part.replace({"True": "1", "False": "0"}) for part in plain)  # as they are without empty cells
+        column = pd.concat([pd.to_numeric(part, errors="coerce") for part in whole])
     numbers = column.to_numpy(dtype=float, na_value=np.nan)
     return np.where(np.isfinite(numbers), numbers, np.nan)
 

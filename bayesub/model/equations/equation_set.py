@@ -166,9 +166,8 @@ class EquationSet:
         if wanted is None:
             return "horizontal" if self.degrees_of_freedom == 3 else None
         if wanted not in PLANES:
-            raise InputError(
-                f"unknown sub-problem '{wanted}': expected horizontal or vertical", "unknown", "subproblem"
-            )
+            message = f"unknown sub-problem '{wanted}': expected horizontal or vertical"
+            raise InputError(message, "unknown", "subproblem")
         if wanted not in self.subproblems:
             text = f"equations '{self.name}' have no {wanted} sub-problem: they are those of surge, sway and yaw"
             raise InputError(text, "conflict", "subproblem")

@@ -9,12 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.findings import unseen
-from bayesub.findings.predicted_trial import (
-    PredictedTrial,
-    motion_table,
-    predicted_motion,
-    readings_table,
-)
+from bayesub.findings.predicted_trial import PredictedTrial, motion_table, predicted_motion, readings_table
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files

@@ -87,9 +87,8 @@ def _vehicle(path: Path) -> Examined:
     from bayesub.findings import vehicle_card
 
     used, n_sds = int((boat.xi != 0).sum()), int(np.isfinite(boat.sd).sum())
-    text = (
-        f"vehicle '{boat.name}', {boat.length_m:g} m at {boat.speed_mps:g} m/s, {used} of {len(boat.xi)} coefficients"
-    )
+    size, n = f"{boat.length_m:g} m at {boat.speed_mps:g} m/s", len(boat.xi)
+    text = f"vehicle '{boat.name}', {size}, {used} of {n} coefficients"
     text += "" if boat.equations.name == DEFAULT else f" of the equations '{boat.equations.name}'"
     text += " not zero" + (f", {n_sds} with a standard deviation" if n_sds else "")
     return text, vehicle_card.check(boat)

@@ -173,9 +173,8 @@ class TrueDisturbanceSection(DisturbanceSection):
             value = getattr(self, key)
             amounts = value.values() if isinstance(value, dict) else (value,)
             if any(isinstance(amount, LogNormalPrior) for amount in amounts):
-                raise InputError(
-                    f"{key} is a prior, and what a simulated boat feels is known; give a number", "conflict"
-                )
+                message = f"{key} is a prior, and what a simulated boat feels is known; give a number"
+                raise InputError(message, "conflict")
         return self
 
     def known(self, simulator: Simulator) -> Disturbance:
