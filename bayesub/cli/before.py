@@ -57,9 +57,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 @click.argument("manoeuvre", **MANOEUVRE)
 @click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write; .csv is added if left out.")
 @click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, a tenth of one good to 5 cm.")
-@click.option(
-    "--sample", type=float, metavar="S", help="Output interval in seconds; if left out, that of the controls."
-)
+@click.option("--sample", type=float, metavar="S", help="Output interval, s; if left out, that of the controls.")
 @click.option(
     "--controls",
     type=click.Choice(["linear", "hold"]),
@@ -77,9 +75,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 )
 @click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
 @click.option("--sensors", metavar="NAME", help="Write what these instruments log instead: a preset, or a TOML file.")
-@click.option(
-    "--perturb", type=float, metavar="SD", help="Fly coefficients that are off by this, relative to the file."
-)
+@click.option("--perturb", type=float, metavar="SD", help="Fly coefficients off by this, relative to the file.")
 @click.option("--disturbance", type=PATH, metavar="FILE", help="Fly with random forces that the equations leave out.")
 @click.option(
     "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors, --perturb and --disturbance."

@@ -16,9 +16,7 @@ FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "m
 @click.command(epilog="Example: bayesub report runs/quickstart --pdf")
 @click.argument("folder", type=PATH, metavar="DIR")
 @pdf_option
-@click.option(
-    "--run-code", is_flag=True, help="Run the Python code that the run folder keeps or names, if you trust it."
-)
+@click.option("--run-code", is_flag=True, help="Run Python code that the run folder keeps or names, if you trust it.")
 @click.option(
     "--study",
     type=PATH,
@@ -42,9 +40,7 @@ def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose:
 
 @click.command(epilog="Example: bayesub export runs/quickstart -o known.toml")
 @click.argument("run", type=PATH, metavar="RUN")
-@click.option(
-    "-o", "--output", type=PATH, required=True, metavar="FILE", help="File to write; one that is there is replaced."
-)
+@click.option("-o", "--output", type=PATH, required=True, metavar="FILE", help="File to write or to replace.")
 @click.option("--as", "wanted", type=click.Choice(FORMATS), help="Format; if left out, by the suffix of FILE.")
 def export(run: Path, output: Path, wanted: str | None) -> None:
     """Write the posterior of the run in the folder RUN for others.

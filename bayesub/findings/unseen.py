@@ -251,9 +251,8 @@ def _success(trial: dict) -> str:
     unconverged = "" if trial["converged"] else " (by draws that have not converged)"
     in_doubt = trial["p_value"] < FALSE_ALARMS or trial["coverage"]["90 %"] < FEW
     word = "is doubtful (errors as large are rare but possible)" if in_doubt else "is predicted"
-    return (
-        f"{_named(trial)} {word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g}){against}.{_lost(trial)}"
-    )
+    judged = f"{word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g})"
+    return f"{_named(trial)} {judged}{against}.{_lost(trial)}"
 
 
 def _failure(trial: dict) -> str:

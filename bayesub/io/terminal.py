@@ -2,8 +2,10 @@
 
 import contextlib
 import io
+import math
 import sys
 import textwrap
+import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NoReturn, Protocol
@@ -143,7 +145,7 @@ class Bars:
     """The stage at work as a bar with its pace and the time left, and a line with its time for each that has ended.
 
     Where the output is no terminal there are the lines, and of a stage that takes long one a minute. A stage that took
-    less than `least_s` has no line.
+    less than `least_s` has no line; with such a limit one that does not count its work is among those that take long.
     """
 
     def __init__(self, least_s: float = 0.0):
@@ -161,16 +163,29 @@ class Bars:
         )
         self.name = ""  # of the stage at work
         self.began = self.said = 0.0
-        self.words = ("", "")  # how much is done, and the note
+        self.words = self.so_far = ("", "")  # how much is done, of how much if it is not yet all, and the note
+        self.ended = threading.Event()
 
     def __enter__(self):
         self.bars.start()
+        if self.bars.disable and 0.0 < self.least < math.inf:
+            threading.Thread(target=self._watch, daemon=True).start()
         return self
 
     def __exit__(self, kind, *_):
         if kind is None:
             self._end()
+        self.ended.set()
         self.bars.stop()
+
+    def _watch(self):
+        while not self.ended.wait(0.1 * _SAY_S):
+            self._say_so_far()
+
+    def _say_so_far(self):
+        if self.bars.disable and self.name and time.perf_counter() - self.said > _SAY_S:
+            self.said = time.perf_counter()
+            self._say(*self.so_far, state=" so far")
 
     def _end(self):
         if self.name and time.perf_counter() - self.began >= self.least:
@@ -187,8 +202,8 @@ class Bars:
     def stage(self, name: str) -> None:
         """Say how long the stage before took, and begin one of this name."""
         self._end()
-        self.name, self.words, self.began = name, ("", ""), time.perf_counter()
-        self.said = self.began
+        self.began = self.said = time.perf_counter()
+        self.name, self.words, self.so_far = name, ("", ""), ("", "")
         self.bars.add_task(name, total=None, count="", note="")
 
     def update(self, done: float, total: float, unit: str = "", note: str = "") -> None:
@@ -197,11 +212,10 @@ class Bars:
             self.stage(unit)
         count = f"{done:g} of {total:g} {unit}" if unit else ""
         self.words = (f"{done:g} {unit.removesuffix('s') if done == 1 else unit}" if unit else "", note)
+        self.so_far = (count, note)
         for task in self.bars.task_ids:
             self.bars.update(task, completed=done, total=total, count=count, note=note)
-        if self.bars.disable and time.perf_counter() - self.said > _SAY_S:
-            self.said = time.perf_counter()
-            self._say(count, note, state=" so far")
+        self._say_so_far()
 
     def remark(self, sentence: str) -> None:
         """Print the sentence above the bars, wrapped but for lines that are indented."""

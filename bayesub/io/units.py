@@ -97,6 +97,5 @@ def factor(unit: str, target: str, density: float | None = None) -> float:
             key = "water_density_kgm3"
             raise InputError(f"a pressure in {unit} becomes a depth with {key}; give it", "missing", key)
         return size / (density * GRAVITY)
-    raise InputError(
-        f"'{unit}' ({quantity}) cannot become '{target}' ({target_quantity}); give factor instead", "unit", "unit"
-    )
+    message = f"'{unit}' ({quantity}) cannot become '{target}' ({target_quantity}); give factor instead"
+    raise InputError(message, "unit", "unit")

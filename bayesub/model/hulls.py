@@ -200,6 +200,5 @@ def load_hull(path: str | Path) -> Hull:
 
 
 def _extreme(source: str) -> InputError:
-    return InputError(
-        f"{source}: volume or added masses are too large, too small or undefined; check the units", "model"
-    )
+    message = f"{source}: volume or added masses are too large, too small or undefined; check the units"
+    return InputError(message, "model")

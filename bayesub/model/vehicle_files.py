@@ -175,9 +175,8 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
             text = f"correlations: '{name}' has no sd; write {name} = {{ value = .., sd = .. }} in [coefficients]"
             raise InputError(text, "missing", f"coefficients.{name}.sd")
     if equations.has_crossflow and file.hull is None:
-        raise InputError(
-            f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it", "missing", "hull"
-        )
+        message = f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
+        raise InputError(message, "missing", "hull")
     if isinstance(file.propulsion, MeasuredSection) and isinstance(file.actuators, tuple):
         taken = {one.header for one in file.actuators} & set(MeasuredSection.COLUMNS)
         if taken:

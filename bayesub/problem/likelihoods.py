@@ -37,9 +37,8 @@ def reading_noise(sd: float, resolution: float = 0.0) -> Noise:
     not_negative("sd", sd)
     not_negative("resolution", resolution)
     if sd == 0 and resolution == 0:
-        raise InputError(
-            "noise: sd and resolution are both zero; exact readings have no likelihood, give one of them", "value", "sd"
-        )
+        message = "noise: sd and resolution are both zero; exact readings have no likelihood, give one of them"
+        raise InputError(message, "value", "sd")
     if resolution == 0:
         return Normal(sd)
     return Rounded(sd, resolution) if sd > 0 else SetMembership(resolution)

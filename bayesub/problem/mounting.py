@@ -71,9 +71,8 @@ def check(name: str, mount: Mount, channels: Sequence[Channel], moving: Sequence
         arms = {mount.instrument: np.zeros(3)}
         slopes = model.arm_slopes(np.tile(outputs, (len(model.times), 1)), None, arms)
         if not slopes[:, AXES.index(mount.axis)].any():
-            raise InputError(
-                f"nuisance '{name}': none of its channels depends on it in this motion; leave it out", "conflict", name
-            )
+            message = f"nuisance '{name}': none of its channels depends on it in this motion; leave it out"
+            raise InputError(message, "conflict", name)
 
 
 def within_reach(record: Record, spans: dict[str, tuple[float, float]], duration: float) -> Record:

@@ -188,9 +188,8 @@ def aligned(predicted: np.ndarray, readings: np.ndarray, times: np.ndarray | Non
     lengths = {predicted.shape[-1], len(readings), len(readings if times is None else times)}
     if predicted.ndim != 2 or len(lengths) > 1 or not len(readings):
         n_times = "" if times is None else f" and times {np.shape(times)}"
-        raise InputError(
-            f"noise: predicted {predicted.shape} does not match readings {readings.shape}{n_times}", "value", "readings"
-        )
+        message = f"noise: predicted {predicted.shape} does not match readings {readings.shape}{n_times}"
+        raise InputError(message, "value", "readings")
     return predicted, readings
 
 

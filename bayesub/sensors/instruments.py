@@ -43,9 +43,8 @@ class Instrument:
         for channel in self.channels:
             check_known(channel, self.CHANNELS, f"sensor: unknown channel '{channel}'")
         if not self.channels:
-            raise InputError(
-                f"sensor: channels is empty; name at least one of {', '.join(self.CHANNELS)}", "missing", "channels"
-            )
+            message = f"sensor: channels is empty; name at least one of {', '.join(self.CHANNELS)}"
+            raise InputError(message, "missing", "channels")
         tuple(self)  # which checks each sensor
 
     def __iter__(self) -> Iterator[Sensor]:

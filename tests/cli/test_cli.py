@@ -150,6 +150,20 @@ def test_a_stage_that_has_ended_is_a_line(monkeypatch):
     assert re.fullmatch(line, f"{last}\n")
 
 
+def test_a_stage_that_does_not_count_says_that_it_is_at_work(monkeypatch):
+    """Of a command that is mostly soon over, into a file."""
+    text = io.StringIO()
+    monkeypatch.setattr(terminal, "console", Console(file=text, width=80))
+    monkeypatch.setattr(terminal, "_SAY_S", 0.02)
+    with terminal.Bars(1e9) as bars:
+        bars.stage("read run1.mcap")
+        for _ in range(1000):
+            if text.getvalue():
+                break
+            time.sleep(0.01)
+    assert re.match(r"  read run1.mcap +\d+.\d s so far\n", text.getvalue())
+
+
 def test_help_has_a_whole_line_for_each_command():
     """Of the groups too, within 80 columns."""
     for path, command in commands():

@@ -162,9 +162,8 @@ def opened(path: str | Path | None) -> Iterator[Checkpoint | None]:
         return
     folder = Path(path)
     if folder.is_file():
-        raise InputError(
-            f"{folder}: is a file, not the folder of a checkpoint; remove it or choose another", "file", "checkpoint"
-        )
+        message = f"{folder}: is a file, not the folder of a checkpoint; remove it or choose another"
+        raise InputError(message, "file", "checkpoint")
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):

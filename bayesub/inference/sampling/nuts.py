@@ -230,9 +230,8 @@ def require_nutpie() -> Any:
             import nutpie
             import nutpie.compiled_pyfunc
     except ImportError:
-        raise InputError(
-            "the cross-check needs nutpie; install it with: pip install 'bayesub[cross-check]'", "install", "nutpie"
-        ) from None
+        message = "the cross-check needs nutpie; install it with: pip install 'bayesub[cross-check]'"
+        raise InputError(message, "install", "nutpie") from None
     return nutpie
 
 
