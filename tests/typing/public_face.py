@@ -90,7 +90,7 @@ def own_models() -> bs.Posterior:
     """Residuals and a log likelihood of a user."""
     priors = {"mean": bs.priors.normal(0.0, 1.0), "sd": bs.priors.log_normal(1.0, 1.0)}
     model: bs.LeastSquaresModel = bs.LeastSquaresModel(lambda p: p[:1] - np.ones(3), priors, sd="sd")
-    density: bs.DensityModel = bs.DensityModel(lambda p: float(-p[0] ** 2), priors)
+    density: bs.DensityModel = bs.DensityModel(lambda p: float(-(p[0] ** 2)), priors)
     posterior: bs.Posterior = bs.sample(density if model.n_params > 2 else model, rng=np.random.default_rng(3))
     return posterior
 
