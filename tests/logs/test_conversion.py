@@ -133,6 +133,22 @@ def test_one_reading_in_an_interval():
     np.testing.assert_allclose(result.times, [0.0, 3.0, 6.0, 9.0])
 
 
+def test_the_mean_of_an_interval_has_the_noise_of_one_reading_over_the_root_of_their_number(rng):
+    """At the mean of their times, so that a straight line stays one; a heading is averaged across north."""
+    times, noise = 1.79e9 + 0.01 * np.arange(40_000), rng.normal(0.0, 0.5, 40_000)
+    for start, rule, tolerance in ((20.0, {}, 1e-9), (355.0, {"wrap": True}, 1e-9)):
+        values = start + 0.02 * (times - times[0])
+        for added, sd in ((0.0, 0.0), (noise, 0.05)):
+            source = log(a=(times, np.mod(values + added, 360.0) if rule else values + added, "deg"))
+            result = converted(source, heading_deg={"signal": "a", "interval_s": 1.0, "average": True} | rule)
+            assert len(result.times) == 400
+            off = result.columns["heading_deg"] - start - 0.02 * result.times
+            off = (off + 180.0) % 360.0 - 180.0
+            np.testing.assert_allclose(off - np.mean(off), 0.0, atol=5.0 * sd + 1e-6)
+            assert np.std(off) == pytest.approx(sd, rel=0.2, abs=tolerance * 1e3)
+        assert "a cell is the mean of 100 readings, whose independent noise is 0.1 times" in result.remarks[0]
+
+
 def test_stamps_that_repeat_or_overtake_one_another_are_mended_and_counted():
     result = converted(log(a=([0.0, 2.0, 1.5, 1.5, 3.0], np.arange(5.0), "m")), x_m={"signal": "a"})
     np.testing.assert_array_equal(result.times, [0.0, 1.5, 2.0, 3.0])
@@ -214,6 +230,8 @@ WRONG_MAPS = {
     "kind = 'imc'\n[columns.x_m]\nsignal = 'a'": ("conflict", "kind"),
     "": ("missing", "columns"),
     "[columns": ("format", ""),
+    "[columns.x_m]\nsignal = 'a'\naverage = true": ("value", "columns.x_m"),
+    "[columns.x_m]\nsignal = 'a'\naverage = true\ninterval_s = 1\nheld = true": ("value", "columns.x_m"),
 }
 
 

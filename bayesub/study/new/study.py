@@ -36,7 +36,8 @@ column = "{column}"
 _NOISE = "sd = {:<24.2g} # CHANGE: {}; the data sheet knows\n"
 _RESOLUTION = "resolution = {:<16.4g} # the step of the file; a reading is an interval (page noise-and-rounding)\n"
 _INTERVAL = """interval_s = {:<16.2g} # one of {:,} readings in a tenth of a ship length travelled, between which the
-                              # boat hardly moves and errors are rarely independent; all take {:.0f} times as long"""
+                              # boat hardly moves and errors are rarely independent; all take {:.0f} times as long.
+                              # Where errors are independent, average = true in a map of bayesub convert is better"""
 _TRACK = """
 [[sensors]]                   # "track", "pressure", "compass", "ins", "dvl", "adcp", "sensor", or a preset
 kind = "track"

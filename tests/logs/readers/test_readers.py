@@ -338,6 +338,29 @@ def test_tables_and_arrays_of_structures_of_matlab(version, tmp_path, monkeypatc
         np.testing.assert_allclose(signals[name].values, values)
 
 
+@pytest.mark.parametrize("version", ["v7", "v7.3"])
+def test_a_timeseries_of_matlab_says_what_to_do_there(version, tmp_path):
+    """Beside vectors with times it is a remark, and otherwise the reason why nothing is read."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the library, to pandas
+        import matio
+        from matio.utils.matclass import MatlabOpaque
+
+        t = np.arange(0.0, 5.0, 0.25)[:, None]
+        series = MatlabOpaque({"Data": 2.0 * t, "Time": t}, "timeseries")
+        for name, content in {"a": {"yaw": series}, "b": {"log": {"yaw": series, "x": series}, "t": t, "y": t}}.items():
+            matio.save_to_mat(str(tmp_path / f"{name}.mat"), mdict=content, version=version)
+    with refused("format", "yaw"):
+        readers.read("matlab", [tmp_path / "a.mat"], is_listed=True)
+    log = readers.read("matlab", [tmp_path / "b.mat"])
+    assert set(log.signals) == {"y"}
+    (remark,) = log.remarks
+    assert (
+        "log_yaw_time = log.yaw.Time; log_yaw = log.yaw.Data; save('log_yaw.mat', 'log_yaw', 'log_yaw_time')" in remark
+    )
+    assert remark.endswith(", and so with log.x")
+
+
 def test_netcdf_of_both_formats_and_records_of_hdf5(tmp_path):
     """What stands for no reading, scale and offset, and times since a date are as the file says."""
     import h5py
