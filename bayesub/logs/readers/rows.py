@@ -65,7 +65,7 @@ class Cells:
             self.values.frombytes(np.where(filled, values, np.inf).tobytes())  # infinite: no reading
 
     def remarks(self, name: str) -> list[str]:
-        """What is said of texts in a column of that name."""
+        """Words for texts in a column of that name."""
         if self.is_text:
             return [f"'{name}' holds text such as '{next(iter(self.texts))}' and is left out"]
         kinds = ", ".join(f"'{text}' in {n}" for text, n in self.texts.most_common(3))
