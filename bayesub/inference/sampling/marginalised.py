@@ -149,6 +149,8 @@ class Marginalised:
         batches = [self._exact(full[k : k + _TOGETHER], rng) for k in range(0, len(full), _TOGETHER)]
         new = [[np.concatenate(parts) for parts in zip(*each, strict=True)] for each in zip(*batches, strict=True)]
         known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, _, forces, _ in new], axis=0)
+        if not known.any():  # what was known before is all there is
+            return
         self._exacts = [*self._exacts[-1:], (others[known], [[part[known] for part in parts] for parts in new])]
         others = np.concatenate([places for places, _ in self._exacts])
         learned = []
