@@ -58,7 +58,9 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
 
     finished = exports.export(run, output, wanted, fleet=fleet, seed=seed)
     name = exports.format_of(output, wanted)
-    say(f"{output}: {exports.FORMATS[name].meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
+    drawn = f", {fleet} draws with their numbers behind the name" if fleet else ""
+    source = f"of {finished.vehicle.name} by the study '{finished.study.name}'"
+    say(f"{output}: {exports.FORMATS[name].meaning}{drawn}, {source}")
     if name == "vehicle":  # which is a normal distribution
         from bayesub.study.after.knowledge import normality_of
 

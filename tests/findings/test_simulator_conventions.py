@@ -14,6 +14,10 @@ from bayesub.study.after.knowledge import of_moments
 KNOWN = of_moments(("Xuu", "Nuv"), np.array([-0.0011, -0.013]), np.diag([1e-5, 1e-3]) ** 2)
 
 
+def written(kind, vehicle, known=KNOWN, source="test"):
+    return conventions.written(kind, conventions.Boat(vehicle, known), source)
+
+
 def struct(text):
     """The numbers of a Matlab script that makes a struct: name -> value."""
     pairs = re.findall(r"(?m)^vehicle\.(\w+)\s*= ([-\d.e+]+);", text)
@@ -56,7 +60,7 @@ def healey_lienard(c, x, controls, length, rho):
 def test_forces_in_the_convention_of_mss_are_ours(name, rng):
     """Ours with the terms without counterpart set to zero; the coefficients that are known take part."""
     vehicle = bs.load_vehicle(name)
-    text = conventions.mss(vehicle, KNOWN, "test")
+    text = written("mss", vehicle)
     c, boat = struct(text), conventions.Boat(vehicle, KNOWN)
     assert c["Cd0"] == pytest.approx(0.0011)
     without = {line.split()[1] for line in text.split("Without counterpart:")[1].strip().splitlines()}
@@ -77,7 +81,7 @@ def test_forces_in_the_convention_of_mss_are_ours(name, rng):
 def test_masses_are_those_of_the_boat():
     """M = MRB + MA, in Matlab, JSON and Python alike."""
     vehicle = bs.load_vehicle("npsauv")
-    text, content = conventions.mss(vehicle, KNOWN, "test"), json.loads(conventions.mss_json(vehicle, KNOWN, "test"))
+    text, content = written("mss", vehicle), json.loads(written("mss-json", vehicle))
     for one in (matrix(text, "MRB") + matrix(text, "MA"), np.array(content["MRB"]) + content["MA"]):
         np.testing.assert_allclose(one, vehicle.mass_matrix, rtol=1e-8, atol=1e-6)
     rows = {row["name"]: row for row in content["coefficients"]}
@@ -92,7 +96,7 @@ def test_a_remus_of_pythonvehiclesimulator_becomes_the_boat():
     """Its formulas with what `apply` sets: drag ahead, and forces and moments of both fins, are ours."""
     vehicle = bs.load_vehicle("suboff")
     module = {}
-    exec(compile(conventions.pvs(vehicle, KNOWN, "test"), "boat.py", "exec"), module)
+    exec(compile(written("pvs", vehicle), "boat.py", "exec"), module)
     remus = SimpleNamespace(S=0.2, A_r=0.005, A_s=0.01, MRB=np.eye(6), MA=np.eye(6))
     module["apply"](remus)
     xi = dict(zip(vehicle.equations.names, (vehicle.xi * vehicle.dimensional_factors).tolist(), strict=True))
@@ -110,7 +114,7 @@ def test_a_set_of_three_degrees_of_freedom_leaves_the_masses_of_heave_roll_and_p
     vehicle = bs.load_vehicle("mariner")
     module, own, moving = {}, np.diag(np.arange(1.0, 7.0)), np.ix_([0, 1, 5], [0, 1, 5])
     known = of_moments(vehicle.equations.names[:1], vehicle.xi[:1], np.eye(1) * 1e-12)
-    exec(compile(conventions.pvs(vehicle, known, "test"), "boat.py", "exec"), module)
+    exec(compile(written("pvs", vehicle, known), "boat.py", "exec"), module)
     remus = SimpleNamespace(S=0.2, A_r=0.005, A_s=0.01, MRB=own.copy(), MA=own.copy())
     module["apply"](remus)
     np.testing.assert_array_equal(remus.MA[[2, 3, 4]], own[[2, 3, 4]])
@@ -122,11 +126,11 @@ def test_boats_of_other_equations(name):
     """Of no set is anything said that it has not; every term that is not zero is named."""
     vehicle = bs.load_vehicle(name)
     known = of_moments(vehicle.equations.names[:1], vehicle.xi[:1], np.eye(1) * 1e-12)
-    text = conventions.mss(vehicle, known, "a 'quoted' source")
+    text = written("mss", vehicle, known, "a 'quoted' source")
     for n, x in zip(vehicle.equations.names, vehicle.xi, strict=True):
         if x != 0.0 and n not in vehicle.equations.added_masses:
             assert re.search(rf"\b{re.escape(n)}\b", text), n
-    compile(conventions.pvs(vehicle, known, "test"), "boat.py", "exec")
-    json.loads(conventions.mss_json(vehicle, known, "test"))
+    compile(written("pvs", vehicle, known), "boat.py", "exec")
+    json.loads(written("mss-json", vehicle, known))
     if vehicle.equations.rigid_body_terms == "in_coefficients":
         assert "velocity terms of the rigid body are part" in text

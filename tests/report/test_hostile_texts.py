@@ -57,13 +57,13 @@ def posterior():
 @given(text=texts)
 def test_python_has_one_function_of_assignments_and_matlab_one_assignment_a_line(text):
     boat = boat_of(text)
-    imported, function = ast.parse(conventions.pvs(boat, KNOWN, text)).body
+    imported, function = ast.parse(conventions.written("pvs", conventions.Boat(boat, KNOWN), text)).body
     assert isinstance(imported, ast.Import)
     assert {type(statement) for statement in function.body} == {ast.Assign}
     assert {ast.unparse(s.targets[0]).partition(".")[0] for s in function.body} <= {
         "vehicle", "righting", "(vehicle",
     }  # fmt: skip
-    script = conventions.mss(boat, KNOWN, text)
+    script = conventions.written("mss", conventions.Boat(boat, KNOWN), text)
     assert not re.search(r"[^\x20-\x7e\n]", "".join(c for c in script if not c.isprintable()))
     inside = r"vehicle\.\w+ +?= (?:'(?:[^']|'')*'|\[?[-+.e\d ]*\]?|\[);(?: %.*)?|vehicle\.\w+ = \[|[-+.e\d ]+|\];|"
     for line in script.split("\n"):
