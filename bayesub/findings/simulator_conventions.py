@@ -18,6 +18,7 @@ from bayesub.io import templates
 from bayesub.io.errors import InputError, printable
 from bayesub.io.words import listed, matlab
 from bayesub.logs.log_files import VELOCITIES
+from bayesub.model.added_mass import products_of
 from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.equations.regressors import parse
@@ -27,6 +28,7 @@ from bayesub.model.vehicles import Vehicle, mass_matrix
 
 STANDARD = ("turning_circle", "vertical", "coupled", "zigzag_20_20", "zigzag_10_10")  # the first three of a boat count
 _SAMPLES = 500  # output times of a manoeuvre
+_NOTHING = 1e-12  # of the largest added mass: round-off in a parameter
 _COLUMNS = {"dr": "rudder_deg", "ds": "stern_plane_deg", "db": "bow_plane_deg"}
 _TURNED = dict(zip(VELOCITIES, (1.0, -1.0, -1.0) * 2, strict=True))  # to axes forward, left and up
 Row = dict[str, Any]  # a term: its name under "from", regressor and scale, its own value, and value and sd elsewhere
@@ -52,8 +54,7 @@ class Boat:
         self.xi, self.sd = vehicle.xi.copy(), vehicle.sd.copy()
         places = self.equations.columns(known.names)
         self.xi[places], self.sd[places] = known.mean, known.sd
-        none = np.zeros(len(self.xi))
-        self.rigid_mass = mass_matrix(self.equations, none, vehicle.body)
+        self.rigid_mass = mass_matrix(self.equations, np.zeros(len(self.xi)), vehicle.body)
         dimensional = self.xi * vehicle.dimensional_factors
         self._added_mass = mass_matrix(self.equations, dimensional, vehicle.body) - self.rigid_mass
         self.taken: set[str] = set()
@@ -83,29 +84,37 @@ class Boat:
         rows = []
         for axis, entries in table.items():
             for regressor, name, factor in (re.split("[=:]", f"{entry}:1")[:3] for entry in entries.split()):
-                if row := self.take(axis, regressor, by=float(factor), prime=True):
+                if row := self.take(axis, *regressor.split("|"), by=float(factor), prime=True):
                     row |= {"name": name if name[0].isupper() else axis + name, "scale": f"r{row['power']}"}
-                    rows.append(row | {"regressor": f"{'-' * (factor == '-1')}{regressor}"})
+                    rows.append(row | {"regressor": f"{'-' * (factor == '-1')}{row['regressor']}"})
         return rows
 
-    def products(self) -> list[Row]:
-        """The terms that gz-sim has, in axes forward, left and up.
+    def gazebo(self) -> tuple[np.ndarray, list[Row]]:
+        """What gz-sim has, in axes forward, left and up: the added mass (6, 6), and the parameters of its plugin.
 
-        They are accelerations, velocities, and products of two velocities of which the second may be its size.
+        To the added mass, which is symmetric, the engine adds its products of speeds in an ideal fluid: they are taken
+        off here. The plugin has velocities, and products of two of which the second may be its size.
         """
-        rows = []
+        turned, rows = np.array([*_TURNED.values()]), {}
+        matrix = self.added_mass * np.outer(turned, turned)
+        fluid = 0.5 * (matrix + matrix.T)
         for term in self.equations.terms:
             factors = sorted(term.parsed.canonical, key=lambda one: (one[2], one[0]))
-            letters = [symbol.removesuffix("dot") for symbol, power, _ in factors for _ in range(power)]
+            letters = [symbol for symbol, power, _ in factors for _ in range(power)]
             sizes = sum(odd for *_, odd in factors)
             if sizes < len(letters) <= 2 and set(letters) <= set(_TURNED) and all(power > 0 for _, power, _ in factors):
                 self.taken.add(term.name)
-                signs = [_TURNED[letter] for letter in letters[: len(letters) - sizes]]
-                name = ("abs" if sizes else "").join(letter.upper() for letter in letters)
-                turned = _TURNED[VELOCITIES[AXES.index(term.axis)]] * np.prod(signs)
-                row = self._row(term, float(turned))
-                rows.append(row | {"name": f"{term.axis.lower()}{'Dot' * term.is_added_mass}{name}"})
-        return rows
+                signs = [turned[AXES.index(term.axis)], *(_TURNED[one] for one in letters[: len(letters) - sizes])]
+                name = term.axis.lower() + ("abs" if sizes else "").join(letter.upper() for letter in letters)
+                rows[name] = self._row(term, float(np.prod(signs))) | {"name": name}
+        for (i, j, k), force in np.ndenumerate(products_of(fluid)):
+            name = AXES[k].lower() + "".join(sorted((VELOCITIES[i], VELOCITIES[j]))).upper()
+            row = rows.setdefault(name, {"name": name, "from": "added mass", "value": 0.0, "sd": None})
+            row["value"] -= float(force)
+        for (k, j), rest in np.ndenumerate(fluid - matrix):
+            name = f"{AXES[k].lower()}Dot{VELOCITIES[j].upper()}"
+            rows[name] = {"name": name, "from": "added mass, not symmetric", "value": float(rest), "sd": None}
+        return fluid, [row for row in rows.values() if abs(row["value"]) > _NOTHING * np.abs(matrix).max()]
 
     def others(self, reasons: dict[str, str]) -> list[Row]:
         """The terms that are not zero and were not taken, the dearest first.
@@ -115,8 +124,8 @@ class Boat:
         rows, controls = [], {control.symbol for control in self.equations.controls}
         for term, x in zip(self.equations.terms, self.xi, strict=True):
             if x and term.name not in self.taken:
-                words = {*term.symbols, *(factor.function for factor in term.parsed.factors)}
-                words |= {"control"} if term.symbols & controls else set()
+                words = {*term.symbols, *(f.function for f in term.parsed.factors)}
+                words.add("control" if term.symbols & controls else "")
                 why = next((reason for word, reason in reasons.items() if word in words), reasons[""])
                 rows.append(self._row(term) | {"why": why, "metres": self.metres(term.name)})
         return sorted(rows, key=lambda row: -np.nan_to_num(max(self.lost.get(row["from"], [0.0])), nan=np.inf))
@@ -126,12 +135,11 @@ class Boat:
         return ", ".join(f"{far:.2g}" if np.isfinite(far) else "fails" for far in self.lost.get(name, []))
 
     def spatial(self, kind: str) -> str:
-        """Nothing; InputError for a boat to which a simulator of bodies in space would add its rigid body twice."""
-        equations = self.equations
-        if equations.degrees_of_freedom == 6 and equations.rigid_body_terms == "separate":
-            return ""
-        what = f"--as {kind}: moves a body in six degrees of freedom, and the equations '{equations.name}' are of three"
-        raise InputError(f"{what} or have the rigid body in their coefficients; choose mss", "conflict", "--as")
+        """Nothing; InputError for a boat of which a simulator of bodies in space cannot add the rigid body."""
+        if self.equations.degrees_of_freedom == 3 or self.equations.rigid_body_terms == "in_coefficients":
+            what = f"--as {kind}: adds the rigid body in six degrees of freedom; the equations '{self.equations.name}'"
+            raise InputError(f"{what} have three, or hold it in coefficients; choose mss", "conflict", "--as")
+        return ""
 
     def _row(self, term: Term, by: float = 1.0, *, prime: bool = False) -> Row:
         k, vehicle = self.equations.index[term.name], self.vehicle
@@ -158,14 +166,12 @@ def losses(kind: str, boat: Boat, manoeuvres: Sequence[Manoeuvre]) -> Losses:
     """Name of a term without counterpart -> how far (m) the boat is from its track, at most, without it.
 
     A number for each manoeuvre, not a number where the boat does not fly it to its end; "" is without all these terms.
-    Nothing takes their place, as something of its own does in some simulators.
     """
     written(kind, boat, "")
     names = [row["from"] for row in boat.others({"": ""})]
     xi = np.tile(boat.xi, (len(names) + 2, 1))  # the last but one without all, the last with all
-    for k, place in enumerate(boat.equations.columns(names)):
-        xi[[k, -2], place] = 0.0
-    far = []
+    places, far = boat.equations.columns(names), []
+    xi[np.arange(len(names)), places] = xi[-2, places] = 0.0
     for one in manoeuvres:
         tracks = simulate(boat.vehicle, one, xi=xi, sample=one.duration / _SAMPLES).states[:, :, :3]
         far.append(np.linalg.norm(tracks[:-1] - tracks[-1], axis=2).max(axis=1))
@@ -175,10 +181,8 @@ def losses(kind: str, boat: Boat, manoeuvres: Sequence[Manoeuvre]) -> Losses:
 def written(kind: str, boat: Boat, source: str, manoeuvres: Sequence[Manoeuvre] = ()) -> str:
     """The file of a simulator: "mss", "mss-json", "pvs", "gazebo", "stonefish" or "holoocean".
 
-    `source`: where the coefficients come from, in words; `manoeuvres`: those of the losses of the boat.
-
-    InputError for a boat that moves in the plane only, or has the rigid body in its coefficients, if the simulator adds
-    that itself.
+    `source`: where the coefficients come from, in words; `manoeuvres`: those of the losses of the boat. InputError for
+    a boat that a simulator cannot have (:meth:`Boat.spatial`).
     """
 
     def numbers(values: Any, between: str = " ") -> str:  # nine digits, and no negative zero

@@ -2,8 +2,10 @@
 
 import ast
 import functools
+import json
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -53,6 +55,13 @@ def posterior():
     return Posterior(names=KNOWN.names, chain=chain, log_prob=chain[..., 0], seconds=1.0, failures={}, **given)
 
 
+@functools.cache
+def tags(kind):
+    """Those of a file whose texts are plain."""
+    text = conventions.written(kind, conventions.Boat(boat_of("plain"), KNOWN), "plain")
+    return {e.tag for e in ElementTree.fromstring(text).iter()}
+
+
 @each
 @given(text=texts)
 def test_python_has_one_function_of_assignments_and_matlab_one_assignment_a_line(text):
@@ -68,6 +77,10 @@ def test_python_has_one_function_of_assignments_and_matlab_one_assignment_a_line
     inside = r"vehicle\.\w+ +?= (?:'(?:[^']|'')*'|\[?[-+.e\d ]*\]?|\[);(?: %.*)?|vehicle\.\w+ = \[|[-+.e\d ]+|\];|"
     for line in script.split("\n"):
         assert line.startswith("% ") or re.fullmatch(inside, line), line
+    for kind in ("gazebo", "stonefish"):
+        root = ElementTree.fromstring(conventions.written(kind, conventions.Boat(boat, KNOWN), text))
+        assert {e.tag for e in root.iter()} == tags(kind)
+    json.loads(conventions.written("holoocean", conventions.Boat(boat, KNOWN), text))
 
 
 @each

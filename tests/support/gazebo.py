@@ -1,8 +1,7 @@
 """Gazebo's plugins by their documented formulas, slow and independent of bayesub: a model in SDF flies.
 
-Written from the descriptions of gz-sim (classes Hydrodynamics, LiftDrag, Thruster and Buoyancy) in its axes: forward,
-left and up, and a world that is x ahead, y to the left and z up. The accelerations of the plugin, which Gazebo takes
-from the step before, are those of the moment here, which is their limit for a short step.
+Written from the descriptions of gz-sim (classes Hydrodynamics, LiftDrag, Thruster and Buoyancy) and of SDFormat (added
+mass is a part of the inertia) in its axes: forward, left and up, and a world that is x ahead, y to the left and z up.
 """
 
 import re
@@ -26,11 +25,17 @@ def cross(a):
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
-class Model:
-    """What a file says; `turn_off` names parameters that are read as zero, `coriolis` adds those of the plugin."""
+def carried(velocity, momentum):
+    """The rate of change (6,) of a momentum that turns with the body, of which an engine takes mass and added mass."""
+    turning = velocity[3:]
+    moment = np.cross(turning, momentum[3:]) + np.cross(velocity[:3], momentum[:3])
+    return np.append(np.cross(turning, momentum[:3]), moment)
 
-    def __init__(self, text, changes=None, coriolis=False):
-        self.coriolis = coriolis
+
+class Model:
+    """What a file says, with changes of parameters of the plugin."""
+
+    def __init__(self, text, changes=None):
         model = ElementTree.fromstring(text).find("model")
         self.name, link = model.get("name"), model.find("link")
         inertia = link.find("inertial/inertia")
@@ -46,6 +51,10 @@ class Model:
                 [lever, tensor - self.mass * cross(self.centre) @ cross(self.centre)],
             ]
         )
+        self.fluid = np.zeros((6, 6))
+        for i, a in enumerate("xyzpqr"):
+            for j, b in enumerate("xyzpqr"[i:], start=i):
+                self.fluid[i, j] = self.fluid[j, i] = number(link, f"inertial/fluid_added_mass/{a}{b}")
         self.buoyant = vector(link, "collision/pose")[:3]
         volume = 4.0 / 3.0 * np.pi * number(link, "collision/geometry/sphere/radius") ** 3
         self.added, self.linear = np.zeros((6, 6)), np.zeros((6, 6))
@@ -84,14 +93,7 @@ class Model:
         """Force and moment (6,) of the plugin but for the accelerations."""
         force = self.linear @ velocity
         force = force + np.einsum("ijk,j,k->i", self.products, velocity, velocity)
-        force = force + np.einsum("ijk,j,k->i", self.sizes, velocity, np.abs(velocity))
-        if self.coriolis:
-            momentum = -np.diag(self.added) * velocity  # of the diagonal only, as in the plugin of 2026
-            force = force - np.append(
-                np.cross(velocity[3:], momentum[:3]),
-                np.cross(velocity[3:], momentum[3:]) + np.cross(velocity[:3], momentum[:3]),
-            )
-        return force
+        return force + np.einsum("ijk,j,k->i", self.sizes, velocity, np.abs(velocity))
 
     def fin(self, name, angle, velocity):
         """Force and moment (6,) of LiftDrag with cla = cda = 0."""
@@ -108,15 +110,11 @@ class Model:
 
     def rates(self, rotation, velocity, pushed):
         """Accelerations (6,), with forces and moments (6,) that come from elsewhere."""
-        momentum, turning = self.rigid @ velocity, velocity[3:]
-        force = self.hydrodynamics(velocity) + pushed
-        force = force - np.append(
-            np.cross(turning, momentum[:3]), np.cross(turning, momentum[3:]) + np.cross(velocity[:3], momentum[:3])
-        )
+        force = self.hydrodynamics(velocity) + pushed - carried(velocity, (self.rigid + self.fluid) @ velocity)
         up = rotation.T @ [0.0, 0.0, 1.0]
         weight, lift = -self.mass * GRAVITY * up, self.lift * up
         force = force + np.append(weight + lift, np.cross(self.centre, weight) + np.cross(self.buoyant, lift))
-        return np.linalg.solve(self.rigid - self.added, force)
+        return np.linalg.solve(self.rigid + self.fluid - self.added, force)
 
     def fly(self, times, speed, depth, pushed, substeps=1):
         """Positions (n, 3) north, east and down at times (n,), from straight and level flight.

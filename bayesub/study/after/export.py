@@ -50,20 +50,16 @@ def _write_simulator(kind: str, run: FinishedRun, path: Path, fleet: int, seed: 
         raise InputError(f"--fleet: the posterior has {len(drawn)} draws; ask for so many at most", "limit", "--fleet")
     manoeuvres = standard(vehicle) or [trial.manoeuvre for trial in run.setup().trials.values()]
     lost = losses(kind, Boat(vehicle, mean), manoeuvres)
-    files = {path: (mean, "posterior means")}
+    boats = [(path, mean, "posterior means")]
     if fleet:
         rows = np.random.default_rng(seed).choice(len(drawn), fleet, replace=False).tolist()
-        names, unknown = tuple(run.posterior.names[k] for k in places), np.full(len(places), np.nan)
-        files = {
-            path.with_stem(f"{path.stem}_{k:0{len(str(fleet))}d}"): (
-                Knowledge(names, drawn[row], unknown, np.eye(len(names))),
-                f"draw {row} of the posterior, {k} of {fleet} by the seed {seed}",
-            )
-            for k, row in enumerate(rows, start=1)
-        }
-    for file, (one, what) in files.items():
-        source = f"study '{run.study.name}': {what}"
-        write_text(file, written(kind, Boat(vehicle, one, lost), source, manoeuvres))
+        names, sd, boats = tuple(run.posterior.names[k] for k in places), np.full(len(places), np.nan), []
+        for k, row in enumerate(rows, start=1):
+            file = path.with_stem(f"{path.stem}_{k:0{len(str(fleet))}d}")
+            what = f"draw {row} of the posterior, {k} of {fleet} by the seed {seed}"
+            boats.append((file, Knowledge(names, drawn[row], sd, np.eye(len(names))), what))
+    for file, one, what in boats:
+        write_text(file, written(kind, Boat(vehicle, one, lost), f"study '{run.study.name}': {what}", manoeuvres))
 
 
 def draws(run: FinishedRun) -> pd.DataFrame:
