@@ -197,6 +197,4 @@ def written(kind: str, boat: Boat, source: str, manoeuvres: Sequence[Manoeuvre] 
         head.append("The velocity terms of the rigid body are part of these coefficients: leave them out elsewhere.")
     given = {"boat": boat, "head": head, "flown": listed([one.name for one in manoeuvres]), "pi": np.pi}
     given |= {"turned": np.array([1.0, -1.0, -1.0]), "cross": np.cross, "numbers": numbers}
-    return templates.fill(
-        "bayesub.findings", f"simulators/{kind}.txt", safe=printable, matlab=matlab, xml=xml, **given
-    )
+    return templates.fill("bayesub.findings", f"simulators/{kind}.txt", safe=printable, matlab=matlab, xml=xml, **given)

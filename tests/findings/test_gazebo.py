@@ -54,7 +54,7 @@ def errors(vehicle, manoeuvre, exported, extra=None):
 
     def pushed(time, velocity):
         force = np.zeros(6)
-        for name, column in (("rudder", "dr"), ("stern_plane", "ds"), ("bow_plane", "db")):
+        for name, column in (("rudder", "delta_r"), ("stern_plane", "delta_s")):
             if name in exported.fins and column in histories:
                 force += exported.fin(name, np.interp(time, manoeuvre.times, histories[column]), velocity)
         for name, push in exported.thrusters.items():
@@ -74,6 +74,7 @@ def test_bluerov2_flies_by_the_plugins_as_simulated(name, tmp_path):
     vehicle = bs.load_vehicle("bluerov2")
     manoeuvre = bs.load_manoeuvre(thruster_manoeuvre(name, tmp_path), vehicle)
     error, way = errors(vehicle, manoeuvre, model(vehicle))
+    print(f"{name}: {error:.3g} m of {way:.4g} m")
     assert way > 2.0
     assert error < 1e-3 * way
 
@@ -97,7 +98,7 @@ def own_fins(vehicle):
     xi = dict(zip(vehicle.equations.names, vehicle.xi.tolist(), strict=True))
 
     def pushed(time, velocity, histories):
-        dr, ds = (np.interp(time, histories["at"], histories[column]) for column in ("dr", "ds"))
+        dr, ds = (np.interp(time, histories["at"], histories[column]) for column in ("delta_r", "delta_s"))
         square = velocity[0] ** 2
         side, yaw = xi["Yuudr"] * square * dr, xi["Nuudr"] * square * dr
         down, pitch = xi["Zuuds"] * square * ds, xi["Muuds"] * square * ds
@@ -119,6 +120,7 @@ def test_a_torpedo_flies_by_the_plugin_as_simulated(remus, name):
     exported.fins = {}
     extra = own_fins(remus)
     error, way = errors(remus, manoeuvre, exported, lambda t, v, h: extra(t, v, h | {"at": manoeuvre.times}))
+    print(f"{name}: {error:.3g} m of {way:.4g} m")
     assert error < 1e-3 * way
 
 

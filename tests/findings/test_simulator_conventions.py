@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -12,6 +13,7 @@ import bayesub as bs
 from bayesub.findings import simulator_conventions as conventions
 from bayesub.study.after.knowledge import of_moments
 
+ROOT = Path(__file__).parents[2]
 KNOWN = of_moments(("Xuu", "Nuv"), np.array([-0.0011, -0.013]), np.diag([1e-5, 1e-3]) ** 2)
 
 
@@ -142,10 +144,10 @@ def fly_mss(text, vehicle, manoeuvre, times):
     c, length, rho = struct(text), vehicle.length_m, vehicle.water_density_kgm3
     inverse = np.linalg.inv((matrix(text, "MRB") + matrix(text, "MA"))[np.ix_([0, 1, 5], [0, 1, 5])])
     b1, b2, b3 = -0.00072709, -0.0033326, 0.0050597  # of suboff.toml, above and below self-propulsion
-    rudder, n = manoeuvre.log["dr"], 7.5  # m/s, n/k0
+    rudder, n = manoeuvre.log["delta_r"], 7.5  # m/s, n/k0
 
     def slope(time, state):
-        x, y, psi, u, v, r = state
+        _, _, psi, u, v, r = state
         dr = np.interp(time, manoeuvre.times, rudder)
         f = healey_lienard(c, (u, v, 0.0, 0.0, 0.0, r), (dr, 0.0, 0.0), length, rho)
         thrust = 0.5 * rho * length**2 * (b1 * u * u + b2 * u * n + b3 * n * n)
@@ -184,7 +186,7 @@ def test_a_boat_flies_by_npsauv_as_simulated(suboff, name):
 
 
 def test_losses_are_distances_from_the_track(suboff):
-    """Each that of a simulation without the term; all together as one; a boat of which nothing is lost loses nothing."""
+    """Each that of a simulation without the term, and one without all; a boat of which nothing is lost loses none."""
     known = of_moments(suboff.equations.names[:1], suboff.xi[:1], np.eye(1) * 1e-12)
     manoeuvre = bs.load_manoeuvre("zigzag_20_20", suboff)
     lost = conventions.losses("mss", conventions.Boat(suboff, known), [manoeuvre])
@@ -209,7 +211,8 @@ def test_losses_are_distances_from_the_track(suboff):
     rov = bs.load_vehicle("bluerov2")
     own = of_moments(rov.equations.names[:1], rov.xi[:1], np.eye(1) * 1e-12)
     assert conventions.standard(rov) == []
-    assert conventions.losses("gazebo", conventions.Boat(rov, own), []) == {"": []}
+    steps = bs.load_manoeuvre(ROOT / "studies" / "trial" / "rov_thrusters.toml", rov)
+    assert conventions.losses("gazebo", conventions.Boat(rov, own), [steps]) == {"": [0.0]}
 
 
 def test_a_torpedo_of_holoocean_has_the_drag_and_the_fins_of_the_boat():

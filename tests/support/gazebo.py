@@ -4,6 +4,7 @@ Written from the descriptions of gz-sim (classes Hydrodynamics, LiftDrag, Thrust
 mass is a part of the inertia) in its axes: forward, left and up, and a world that is x ahead, y to the left and z up.
 """
 
+import itertools
 import re
 from xml.etree import ElementTree
 
@@ -78,9 +79,7 @@ class Model:
 
     def read(self, parameters):
         for name, value in parameters.items():
-            axis, dot, first, size, second = re.fullmatch(
-                "([xyzkmn])(Dot)?([UVWPQR])(abs)?([UVWPQR])?", name
-            ).groups()
+            axis, dot, first, size, second = re.fullmatch("([xyzkmn])(Dot)?([UVWPQR])(abs)?([UVWPQR])?", name).groups()
             i, j = AXES.index(axis), VELOCITIES.index(first)
             if dot:
                 self.added[i, j] = value
@@ -130,7 +129,7 @@ class Model:
 
         state = np.concatenate([[0.0, 0.0, -depth], np.eye(3).ravel(), [speed, 0.0, 0.0, 0.0, 0.0, 0.0]])
         track = [state[:3]]
-        for begin, end in zip(times[:-1], times[1:], strict=True):
+        for begin, end in itertools.pairwise(times):
             dt = (end - begin) / substeps
             for time in begin + dt * np.arange(substeps):
                 a = slope(time, state)

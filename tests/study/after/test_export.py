@@ -226,7 +226,7 @@ def test_the_suffix_gives_way_to_the_option(exported):
     assert json.loads(exported("boat.txt", "--as", "mss-json").read_text())["name"] == "suboff"
 
 
-def test_a_fleet_is_draws_of_the_posterior(run, exported, tmp_path, bayesub):
+def test_a_fleet_is_draws_of_the_posterior(run, tmp_path, bayesub):
     """Each file has the coefficients of the draw that it names; the same seed gives the same files, another others."""
     posterior, vehicle = finished_run(run).posterior, finished_run(run).vehicle
 
@@ -259,7 +259,7 @@ def test_a_fleet_is_draws_of_the_posterior(run, exported, tmp_path, bayesub):
     assert not (tmp_path / "boat.sdf").exists()
 
 
-def test_what_is_fixed_in_a_run_is_fixed_in_the_files(run, exported, monkeypatch):
+def test_what_is_fixed_in_a_run_is_fixed_in_the_files(exported, monkeypatch):
     """A coefficient that the prior of the study fixes has that value for a simulator, not the one of the vehicle."""
     from bayesub.study.after import export as exports
 
