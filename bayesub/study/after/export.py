@@ -103,7 +103,8 @@ def format_of(path: Path, kind: str | None) -> str:
     if kind is not None:
         check_known(kind, FORMATS, f"no format '{kind}'", hint=f"choose one of {', '.join(FORMATS)}", key="--as")
         return kind
-    suffixes = {one.suffix: name for name, one in reversed(FORMATS.items())}  # of two the first counts
+    suffixes = {one.suffix: "" for one in FORMATS.values()}  # of two formats with one suffix the first counts
+    suffixes |= {one.suffix: name for name, one in reversed(FORMATS.items())}
     hint = f"end the name with one of {', '.join(suffixes)}, or give --as"
     what = f"{path}: no format is known by the suffix '{path.suffix}'"
     check_known(path.suffix.lower(), suffixes, what, hint=hint, key="--as")
