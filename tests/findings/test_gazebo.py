@@ -199,7 +199,7 @@ def test_products_of_fossen_are_those_of_the_added_mass():
 
 
 def test_correlations_of_bluerov2_tie_the_products(rng):
-    """Draws from the vehicle's prior obey Kirchhoff to a hundredth of the sds, by correlations of 0.9999."""
+    """Draws from the vehicle's prior obey Kirchhoff to a fifth of the sds, sqrt(2 - 2 * 0.98), where they are 1.4 without."""
     vehicle = bs.load_vehicle("bluerov2")
     equations = vehicle.equations
     has_sd = np.flatnonzero(np.isfinite(vehicle.sd))
@@ -213,7 +213,7 @@ def test_correlations_of_bluerov2_tie_the_products(rng):
     products = [k for k, x in enumerate(example) if x and k not in own]
     assert len(products) == 12
     off = (xi - ideal)[:, products] / vehicle.sd[products]
-    assert 0.005 < off.std() < 0.02
+    assert off.std() == pytest.approx(0.2, rel=0.15)
 
 
 def test_top_speed_of_bluerov2_is_that_of_its_comment():
