@@ -10,7 +10,8 @@ from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.cli.outcome import end, tell
 from bayesub.io.terminal import Bars, say, say_rows
 
-FORMATS = "vehicle csv netcdf parquet latex markdown mss mss-json pvs gazebo stonefish holoocean".split()
+SIMULATORS = ("mss", "mss-json", "pvs", "gazebo", "stonefish", "holoocean")
+FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATORS)
 
 
 @click.command(epilog="Example: bayesub report runs/quickstart --pdf")

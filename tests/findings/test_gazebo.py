@@ -199,7 +199,7 @@ def test_products_of_fossen_are_those_of_the_added_mass():
 
 
 def test_correlations_of_bluerov2_tie_the_products(rng):
-    """Draws from the vehicle's prior obey Kirchhoff to a fifth of the sds, sqrt(2 - 2 * 0.98), where they are 1.4 without."""
+    """Draws from the prior obey Kirchhoff to a fifth of the sds, the root of 2 - 2 * 0.98; without ties to 1.4."""
     vehicle = bs.load_vehicle("bluerov2")
     equations = vehicle.equations
     has_sd = np.flatnonzero(np.isfinite(vehicle.sd))
