@@ -10,7 +10,8 @@ from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.cli.outcome import end, tell
 from bayesub.io.terminal import Bars, say, say_rows
 
-FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs")
+SIMULATORS = ("mss", "mss-json", "pvs", "gazebo", "stonefish", "holoocean")
+FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATORS)
 
 
 @click.command(epilog="Example: bayesub report runs/quickstart --pdf")
@@ -42,20 +43,24 @@ def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose:
 @click.argument("run", type=PATH, metavar="RUN")
 @click.option("-o", "--output", type=PATH, required=True, metavar="FILE", help="File to write or to replace.")
 @click.option("--as", "wanted", type=click.Choice(FORMATS), help="Format; if left out, by the suffix of FILE.")
-def export(run: Path, output: Path, wanted: str | None) -> None:
+@click.option("--fleet", type=click.IntRange(0), default=0, metavar="N", help="N draws, a file each, for a simulator.")
+@click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Which draws; 0 if left out.")
+def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -> None:
     """Write the posterior of the run in the folder RUN for others.
 
     .toml is a vehicle file with standard deviations and correlations, which [prior] kind = "vehicle" of another study
     takes as its prior. .csv, .nc (ArviZ) and .parquet are draws, .tex and .md a table. .m and .json are coefficients as
-    Fossen's MSS names them, .py what his PythonVehicleSimulator takes.
+    Fossen's MSS names them, .py what his PythonVehicleSimulator takes, .sdf a model of Gazebo, .xml one of Stonefish.
 
     The exit status is that of the verdict on the run.
     """
     from bayesub.study.after import export as exports
 
-    finished = exports.export(run, output, wanted)
+    finished = exports.export(run, output, wanted, fleet=fleet, seed=seed)
     name = exports.format_of(output, wanted)
-    say(f"{output}: {exports.FORMATS[name].meaning}, of {finished.vehicle.name} by the study '{finished.study.name}'")
+    drawn = f", {fleet} draws with their numbers behind the name" if fleet else ""
+    source = f"of {finished.vehicle.name} by the study '{finished.study.name}'"
+    say(f"{output}: {exports.FORMATS[name].meaning}{drawn}, {source}")
     if name == "vehicle":  # which is a normal distribution
         from bayesub.study.after.knowledge import normality_of
 

@@ -1,36 +1,38 @@
-"""The coefficients of a boat as two other simulators take them.
+"""The coefficients of a boat as other simulators take them, and what it costs to leave out those that they do not take.
 
-*MSS*, the Marine Systems Simulator of Fossen in Matlab and Octave: its submarine model npsauv.m has the terms of
-Healey & Lienard (1993) with the names of SNAME, from which the u of u v, u r, .. is dropped, scaled by rho/2 L^2 to
-rho/2 L^5.
-*PythonVehicleSimulator*, by the same author: remus100.py has no derivatives but mass, drag and fins. Each term is found
-by its regressor; one that has no counterpart is said so in a comment of the file.
+Each simulator has a template in the folder `simulators`, which says program, formula and axes. It asks the boat for the
+terms that have a counterpart there, by their regressors, whatever equations the boat has; the other terms are named in
+the file with the reason, and with the metres by which the track changes without them.
 """
 
-import json
+import html
+import re
+from collections.abc import Sequence
+from contextlib import suppress
 from importlib import metadata
 from typing import Any, Protocol
 
 import numpy as np
 
-from bayesub.io.errors import printable
-from bayesub.io.words import matlab
+from bayesub.io import templates
+from bayesub.io.errors import InputError, printable
+from bayesub.io.words import listed, matlab
+from bayesub.logs.log_files import VELOCITIES
+from bayesub.model.added_mass import products_of
+from bayesub.model.equations import AXES
 from bayesub.model.equations.equation_set import Term
 from bayesub.model.equations.regressors import parse
+from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
+from bayesub.model.simulate import simulate
 from bayesub.model.vehicles import Vehicle, mass_matrix
 
+STANDARD = ("turning_circle", "vertical", "coupled", "zigzag_20_20", "zigzag_10_10")  # the first three of a boat count
+_SAMPLES = 500  # output times of a manoeuvre
+_NOTHING = 1e-12  # of the largest added mass: round-off in a parameter
 _COLUMNS = {"dr": "rudder_deg", "ds": "stern_plane_deg", "db": "bow_plane_deg"}
-# Axis -> regressors and their names in npsauv.m, which has each bow plane by itself, so that theirs are halves of ours.
-_MSS = {
-    "X": "p*p=pp q*q=qq r*r=rr p*r=pr udot=udot w*q=wq v*p=vp v*r=vr v*v=vv w*w=ww u*q*ds=qds u*q*db=qdb2 u*r*dr=rdr "
-    "u*v*dr=vdr u*w*ds=wds u*w*db=wdb2 u*u*ds*ds=dsds u*u*dr*dr=drdr",
-    "Y": "pdot=pdot rdot=rdot p*q=pq q*r=qr vdot=vdot u*p=p u*r=r v*q=vq w*p=wp w*r=wr u*v=v v*w=vw u*u*dr=dr",
-    "Z": "qdot=qdot p*p=pp p*r=pr r*r=rr wdot=wdot u*q=q v*p=vp v*r=vr u*w=w v*v=vv u*u*ds=ds u*u*db=db2",
-    "K": "pdot=pdot rdot=rdot p*q=pq q*r=qr vdot=vdot u*p=p u*r=r v*q=vq w*p=wp w*r=wr u*v=v v*w=vw",
-    "M": "qdot=qdot p*p=pp p*r=pr r*r=rr wdot=wdot u*q=uq v*p=vp v*r=vr u*w=uw v*v=vv u*u*ds=ds u*u*db=db2",
-    "N": "pdot=pdot rdot=rdot p*q=pq q*r=qr vdot=vdot u*p=p u*r=r v*q=vq w*p=wp w*r=wr u*v=v v*w=vw u*u*dr=dr",
-}
-_PVS_DENSITY = 1026.0  # kg/m^3, written into the function of PythonVehicleSimulator that computes the drag
+_TURNED = dict(zip(VELOCITIES, (1.0, -1.0, -1.0) * 2, strict=True))  # to axes forward, left and up
+Row = dict[str, Any]  # a term: its name under "from", regressor and scale, its own value, and value and sd elsewhere
+Losses = dict[str, list[float]]  # name of a term -> how far the boat is from its track without it; "" without all
 
 
 class Known(Protocol):
@@ -42,198 +44,157 @@ class Known(Protocol):
 
 
 class Boat:
-    """The numbers of a boat with means and sds of its coefficients.
+    """The numbers of a boat with means and sds of its coefficients, and which terms a template has taken.
 
-    `known`: of some coefficients; the others have the values of the vehicle.
+    `known`: of some coefficients; the others have the values of the vehicle. `lost`: their :func:`losses`.
     """
 
-    def __init__(self, vehicle: Vehicle, known: Known):
-        self.vehicle, self.equations = vehicle, vehicle.equations
+    def __init__(self, vehicle: Vehicle, known: Known, lost: Losses | None = None):
+        self.vehicle, self.equations, self.lost = vehicle, vehicle.equations, lost or {}
         self.xi, self.sd = vehicle.xi.copy(), vehicle.sd.copy()
         places = self.equations.columns(known.names)
         self.xi[places], self.sd[places] = known.mean, known.sd
-        none = np.zeros(len(self.xi))
-        self.rigid_mass = mass_matrix(self.equations, none, vehicle.body)
+        self.rigid_mass = mass_matrix(self.equations, np.zeros(len(self.xi)), vehicle.body)
         dimensional = self.xi * vehicle.dimensional_factors
-        self.added_mass = mass_matrix(self.equations, dimensional, vehicle.body) - self.rigid_mass
+        self._added_mass = mass_matrix(self.equations, dimensional, vehicle.body) - self.rigid_mass
+        self.taken: set[str] = set()
 
-    def term(self, axis: str, regressor: str) -> Term | None:
-        """The term with a regressor, whose controls are dr, ds and db; None if the equations have none."""
+    @property
+    def added_mass(self) -> np.ndarray:
+        """(6, 6) of the water, kg, kg m and kg m^2; who asks for it takes its terms."""
+        self.taken |= set(self.equations.added_masses)
+        return self._added_mass
+
+    def take(self, axis: str, *regressors: str, by: float = 1.0, prime: bool = False) -> Row | None:
+        """The term with the first of some regressors, in dr, ds and db, that the equations have; None without one.
+
+        Value and sd are multiplied by a number, and with `prime` non-dimensional by length and density alone.
+        """
         symbols = {control.column: control.symbol for control in self.equations.controls}
-        parts = regressor.split("*")
-        if any(part in _COLUMNS and _COLUMNS[part] not in symbols for part in parts):
-            return None
-        own = "*".join(symbols[_COLUMNS[part]] if part in _COLUMNS else part for part in parts)
-        return self.equations.find(axis, parse(own, symbols.values()))
+        for parts in (regressor.split("*") for regressor in regressors):
+            if all(_COLUMNS.get(part) in (None, *symbols) for part in parts):
+                own = "*".join(symbols[_COLUMNS[part]] if part in _COLUMNS else part for part in parts)
+                if term := self.equations.find(axis, parse(own, symbols.values())):
+                    self.taken.add(term.name)
+                    return self._row(term, by, prime=prime)
+        return None
 
-    def prime(self, term: Term) -> tuple[float, float, int]:
-        """Value and sd of a coefficient over (rho/2) l^k, and that power k, with which it is non-dimensional."""
+    def named(self, table: dict[str, str]) -> list[Row]:
+        """The terms of a table that the equations have: axis -> ``regressor=name:factor``, without dimension."""
+        rows = []
+        for axis, entries in table.items():
+            for regressor, name, factor in (re.split("[=:]", f"{entry}:1")[:3] for entry in entries.split()):
+                if row := self.take(axis, *regressor.split("|"), by=float(factor), prime=True):
+                    row |= {"name": name if name[0].isupper() else axis + name, "scale": f"r{row['power']}"}
+                    rows.append(row | {"regressor": f"{'-' * (factor == '-1')}{row['regressor']}"})
+        return rows
+
+    def gazebo(self) -> tuple[np.ndarray, list[Row]]:
+        """What gz-sim has, in axes forward, left and up: the added mass (6, 6), and the parameters of its plugin.
+
+        To the added mass, which is symmetric, the engine adds its products of speeds in an ideal fluid: they are taken
+        off here. The plugin has velocities, and products of two of which the second may be its size.
+        """
+        turned, rows = np.array([*_TURNED.values()]), {}
+        matrix = self.added_mass * np.outer(turned, turned)
+        fluid = 0.5 * (matrix + matrix.T)
+        for term in self.equations.terms:
+            factors = sorted(term.parsed.canonical, key=lambda one: (one[2], one[0]))
+            letters = [symbol for symbol, power, _ in factors for _ in range(power)]
+            sizes = sum(odd for *_, odd in factors)
+            if sizes < len(letters) <= 2 and set(letters) <= set(_TURNED) and all(power > 0 for _, power, _ in factors):
+                self.taken.add(term.name)
+                signs = [turned[AXES.index(term.axis)], *(_TURNED[one] for one in letters[: len(letters) - sizes])]
+                name = term.axis.lower() + ("abs" if sizes else "").join(letter.upper() for letter in letters)
+                rows[name] = self._row(term, float(np.prod(signs))) | {"name": name}
+        for (i, j, k), force in np.ndenumerate(products_of(fluid)):
+            name = AXES[k].lower() + "".join(sorted((VELOCITIES[i], VELOCITIES[j]))).upper()
+            row = rows.setdefault(name, {"name": name, "from": "added mass", "value": 0.0, "sd": None})
+            row["value"] -= float(force)
+        for (k, j), rest in np.ndenumerate(fluid - matrix):
+            name = f"{AXES[k].lower()}Dot{VELOCITIES[j].upper()}"
+            rows[name] = {"name": name, "from": "added mass, not symmetric", "value": float(rest), "sd": None}
+        return fluid, [row for row in rows.values() if abs(row["value"]) > _NOTHING * np.abs(matrix).max()]
+
+    def others(self, reasons: dict[str, str]) -> list[Row]:
+        """The terms that are not zero and were not taken, the dearest first.
+
+        `reasons`: by a symbol or function in the regressor, "control" for any control, and "" for any other term.
+        """
+        rows, controls = [], {control.symbol for control in self.equations.controls}
+        for term, x in zip(self.equations.terms, self.xi, strict=True):
+            if x and term.name not in self.taken:
+                words = {*term.symbols, *(f.function for f in term.parsed.factors)}
+                words.add("control" if term.symbols & controls else "")
+                why = next((reason for word, reason in reasons.items() if word in words), reasons[""])
+                rows.append(self._row(term) | {"why": why, "metres": self.metres(term.name)})
+        return sorted(rows, key=lambda row: -np.nan_to_num(max(self.lost.get(row["from"], [0.0])), nan=np.inf))
+
+    def metres(self, name: str = "") -> str:
+        """What it costs to leave out a term, or all, on each manoeuvre."""
+        return ", ".join(f"{far:.2g}" if np.isfinite(far) else "fails" for far in self.lost.get(name, []))
+
+    def spatial(self, kind: str) -> str:
+        """Nothing; InputError for a boat of which a simulator of bodies in space cannot add the rigid body."""
+        if self.equations.degrees_of_freedom == 3 or self.equations.rigid_body_terms == "in_coefficients":
+            what = f"--as {kind}: adds the rigid body in six degrees of freedom; the equations '{self.equations.name}'"
+            raise InputError(f"{what} have three, or hold it in coefficients; choose mss", "conflict", "--as")
+        return ""
+
+    def _row(self, term: Term, by: float = 1.0, *, prime: bool = False) -> Row:
         k, vehicle = self.equations.index[term.name], self.vehicle
         dimensions = {control.symbol: control.dimension for control in self.equations.controls}
         power = (4 if term.axis in "XYZ" else 5) - term.parsed.dimension(dimensions)[0]
-        factor = vehicle.dimensional_factors[k] / (0.5 * vehicle.water_density_kgm3 * vehicle.length_m**power)
-        return float(self.xi[k] * factor), float(self.sd[k] * factor), power
+        size = by * vehicle.dimensional_factors[k]
+        if prime:
+            size /= 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**power
+        sd = float(abs(self.sd[k] * size)) if np.isfinite(self.sd[k]) else None
+        row = {"from": term.name, "regressor": term.regressor, "scale": term.scale, "power": power}
+        return row | {"own": float(self.xi[k]), "value": float(self.xi[k] * size), "sd": sd}
 
 
-def _counterparts(boat: Boat) -> tuple[list[dict], list[Term]]:
-    """Terms with a name in npsauv.m, each as a row, and terms that are not zero and have none."""
-    rows, taken = [], set()
-    for axis, pairs in _MSS.items():
-        for regressor, name in (pair.split("=") for pair in pairs.split()):
-            term = boat.term(axis, regressor)
-            if term is not None:
-                taken.add(term.name)
-                value, sd, power = boat.prime(term)
-                half = 0.5 if "db" in regressor else 1.0
-                rows.append({"name": axis + name, "value": half * value, "sd": half * sd, "scale": f"r{power}",
-                             "regressor": regressor, "from": term.name})  # fmt: skip
-    drag = boat.term("X", "u*u")
-    if drag is not None:
-        value, sd, power = boat.prime(drag)
-        taken.add(drag.name)
-        row = {"name": "Cd0", "value": -value, "sd": sd, "scale": f"r{power}", "regressor": "-u*u", "from": drag.name}
-        rows.append(row)
-    others = [t for k, t in enumerate(boat.equations.terms) if t.name not in taken and boat.xi[k] != 0.0]
-    return rows, others
+def standard(vehicle: Vehicle) -> list[Manoeuvre]:
+    """The first three manoeuvres of STANDARD that a boat can fly; none of a boat without rudder."""
+    found = []
+    for name in STANDARD:
+        with suppress(InputError):  # a control or a plane that the boat does not have
+            found.append(load_manoeuvre(name, vehicle))
+    return found[:3]
 
 
-def _why_not(term: Term) -> str:
-    """Why a term has no counterpart."""
-    symbols = {factor.symbol for factor in term.parsed.factors}
-    if symbols & {"nu", "V"} or any(symbol.startswith("crossflow") for symbol in symbols):
-        return "cross-flow, which MSS integrates along the hull (Cdy, Cdz)"
-    if symbols & {"uc", "duc"}:
-        return "the propeller race, which MSS has by epsilon"
-    if any(factor.function in ("abs", "sgn") for factor in term.parsed.factors):
-        return "a modulus, which npsauv.m has not"
-    return "no such term in npsauv.m"
+def losses(kind: str, boat: Boat, manoeuvres: Sequence[Manoeuvre]) -> Losses:
+    """Name of a term without counterpart -> how far (m) the boat is from its track, at most, without it.
 
-
-def _head(boat: Boat, source: str) -> list[str]:
-    lines = [
-        f"{boat.vehicle.name}, {source}: posterior means, bayesub {metadata.version('bayesub')}",
-        f"Equations '{boat.equations.name}' of bayesub; axes of SNAME, angles in rad, SI units.",
-    ]
-    if boat.equations.rigid_body_terms == "in_coefficients":
-        lines.append("The velocity terms of the rigid body are part of these coefficients: leave them out elsewhere.")
-    return lines
-
-
-def _scalars(boat: Boat) -> dict[str, Any]:
-    vehicle = boat.vehicle
-    body = vehicle.rigid_body
-    return {
-        "L": vehicle.length_m,
-        "rho": vehicle.water_density_kgm3,
-        "U": vehicle.speed_mps,
-        "mass": body["mass"],
-        "W": body["weight"],
-        "B": body["buoyancy"],
-        "r_bg": [body[key] for key in ("xG", "yG", "zG")],
-        "r_bb": [body[key] for key in ("xB", "yB", "zB")],
-    }
-
-
-def mss(vehicle: Vehicle, known: Known, source: str) -> str:
-    """A Matlab script that makes a struct `vehicle` with the names of npsauv.m.
-
-    `source`: where the coefficients come from, in words.
+    A number for each manoeuvre, not a number where the boat does not fly it to its end; "" is without all these terms.
     """
-    boat = Boat(vehicle, known)
-    rows, others = _counterparts(boat)
-    lines = [f"% {printable(line)}" for line in _head(boat, source)]
-    lines += ["% Names and scales of npsauv.m in MSS: r2 = rho/2 L^2 .. r5 = rho/2 L^5; what is not here is zero.", ""]
-    lines.append(f"vehicle.name = {matlab(vehicle.name)};")
-    for key, value in _scalars(boat).items():
-        text = f"[{' '.join(map(_number, value))}]" if isinstance(value, list) else _number(value)
-        lines.append(f"vehicle.{key} = {text};")
-    for key, matrix in (("MRB", boat.rigid_mass), ("MA", boat.added_mass)):
-        lines += [f"vehicle.{key} = [", *(f"    {' '.join(map(_number, row))}" for row in matrix.tolist()), "];"]
-    lines.append("")
-    for row in rows:
-        sd = f", sd {row['sd']:.2g}" if np.isfinite(row["sd"]) else ""
-        note = f"{row['scale']} {row['regressor']}, {row['from']}{sd}"
-        lines.append(f"vehicle.{row['name']:<5} = {_number(row['value'])}; % {note}")
-    if others:
-        lines += ["", "% Without counterpart:"]
-    for term in others:
-        k = boat.equations.index[term.name]
-        what = f"{term.name} = {_number(boat.xi[k])} on {term.scale} {term.regressor}: {_why_not(term)}"
-        lines.append(f"% {printable(what)}")
-    return "\n".join(lines) + "\n"
+    written(kind, boat, "")
+    names = [row["from"] for row in boat.others({"": ""})]
+    xi = np.tile(boat.xi, (len(names) + 2, 1))  # the last but one without all, the last with all
+    places, far = boat.equations.columns(names), []
+    xi[np.arange(len(names)), places] = xi[-2, places] = 0.0
+    for one in manoeuvres:
+        tracks = simulate(boat.vehicle, one, xi=xi, sample=one.duration / _SAMPLES).states[:, :, :3]
+        far.append(np.linalg.norm(tracks[:-1] - tracks[-1], axis=2).max(axis=1))
+    return dict(zip([*names, ""], np.transpose(far).tolist(), strict=True))
 
 
-def _number(value: float) -> str:
-    """Nine digits, and no negative zero."""
-    return f"{value + 0.0:.9g}"
+def written(kind: str, boat: Boat, source: str, manoeuvres: Sequence[Manoeuvre] = ()) -> str:
+    """The file of a simulator: "mss", "mss-json", "pvs", "gazebo", "stonefish" or "holoocean".
 
+    `source`: where the coefficients come from, in words; `manoeuvres`: those of the losses of the boat. InputError for
+    a boat that a simulator cannot have (:meth:`Boat.spatial`).
+    """
 
-def mss_json(vehicle: Vehicle, known: Known, source: str) -> str:
-    """The content of :func:`mss` as JSON."""
-    boat = Boat(vehicle, known)
-    rows, others = _counterparts(boat)
-    for row in rows:
-        row["sd"] = row["sd"] if np.isfinite(row["sd"]) else None
-    content: dict[str, Any] = {"convention": "MSS, npsauv.m: r2 = rho/2 L^2 .. r5 = rho/2 L^5"}
-    content["about"] = _head(boat, source)
-    content |= {"name": vehicle.name} | _scalars(boat)
-    content |= {"MRB": boat.rigid_mass.tolist(), "MA": boat.added_mass.tolist(), "coefficients": rows}
-    content["without_counterpart"] = [
-        {"name": t.name, "value": float(boat.xi[boat.equations.index[t.name]]), "scale": t.scale,
-         "regressor": t.regressor, "why": _why_not(t)}
-        for t in others
-    ]  # fmt: skip
-    return json.dumps(content, indent=1) + "\n"
+    def numbers(values: Any, between: str = " ") -> str:  # nine digits, and no negative zero
+        return between.join(f"{value + 0.0:.9g}" for value in np.ravel(values))
 
+    def xml(text: str) -> str:  # also inside a comment, which has no two hyphens
+        return re.sub("-(?=-)", "- ", html.escape(printable(text)))
 
-def pvs(vehicle: Vehicle, known: Known, source: str) -> str:
-    """A Python module whose function `apply` changes a remus100 of PythonVehicleSimulator into the boat."""
-    boat = Boat(vehicle, known)
-    scalars, used, lines = _scalars(boat), set(boat.equations.added_masses), []
-    lines += [f"vehicle.{key} = {_number(scalars[key])}" for key in ("L", "rho", "W", "B")]
-    lines += [f"vehicle.{key} = np.array([{', '.join(map(_number, scalars[key]))}])" for key in ("r_bg", "r_bb")]
-    moving = [0, 1, 5] if boat.equations.degrees_of_freedom == 3 else list(range(6))
-    for key, matrix in (("MRB", boat.rigid_mass), ("MA", boat.added_mass)):
-        lines += [
-            f"vehicle.{key}[np.ix_({moving}, {moving})] = np.array([",
-            *(f"    [{', '.join(map(_number, row))}]," for row in matrix[np.ix_(moving, moving)].tolist()),
-            "])",
-        ]
-    lines += [
-        "vehicle.M = vehicle.MRB + vehicle.MA",
-        "vehicle.Minv = np.linalg.inv(vehicle.M)",
-        "righting = vehicle.W * (vehicle.r_bg[2] - vehicle.r_bb[2])",
-        "vehicle.w_roll, vehicle.w_pitch = np.sqrt(righting / vehicle.M[3, 3]), np.sqrt(righting / vehicle.M[4, 4])",
-    ]
-    area = vehicle.length_m**2
-    drag = boat.term("X", "u*u")
-    if drag is not None:
-        used.add(drag.name)
-        size = -boat.prime(drag)[0] * area * vehicle.water_density_kgm3 / _PVS_DENSITY
-        lines.append(
-            f"vehicle.CD_0 = {_number(size)} / vehicle.S  # {drag.name}; the drag has the density {_PVS_DENSITY:g}"
-        )
-    # Its rudder turns the other way round; both fins push by -CL_delta A, at x, which is then moment over force.
-    for axis, moment, fin, sign in (("Y", "N", "r", 1.0), ("Z", "M", "s", -1.0)):
-        force, turning = boat.term(axis, f"u*u*d{fin}"), boat.term(moment, f"u*u*d{fin}")
-        if force is None or turning is None or not boat.prime(force)[0]:
-            continue
-        used |= {force.name, turning.name}
-        size, arm = boat.prime(force)[0] * area, boat.prime(turning)[0] / boat.prime(force)[0] * vehicle.length_m
-        turned = "; its rudder is positive to the other side" if sign > 0 else ""
-        lines.append(f"vehicle.CL_delta_{fin} = {_number(sign * size)} / vehicle.A_{fin}  # {force.name}{turned}")
-        lines.append(f"vehicle.x_{fin} = {_number(arm)}  # {turning.name} over {force.name}")
-    others = [t for k, t in enumerate(boat.equations.terms) if t.name not in used and boat.xi[k] != 0.0]
-    values = ((t, float(boat.xi[boat.equations.index[t.name]])) for t in others)
-    comments = [f"# {printable(f'{t.name} = {_number(value)} on {t.scale} {t.regressor}')}" for t, value in values]
-    head = [
-        *_head(boat, source),
-        "",
-        "apply(vehicle) changes a remus100 of PythonVehicleSimulator into this boat: size, weight, mass, added mass,",
-        "drag and fins. Lift, damping, cross-flow and propeller stay those of that vehicle"
-        + (", and the masses of heave, roll and pitch." if len(moving) == 3 else "."),
-    ]
-    body = [f"    {line}" for line in lines]
-    rest = ["", "# Without counterpart in remus100.py:", *comments] if comments else []
-    imports = ["", "import numpy as np", "", "", "def apply(vehicle):"]
-    return "\n".join([*(f"# {printable(line)}".rstrip() for line in head), *imports, *body, *rest]) + "\n"
+    head = [f"{boat.vehicle.name}, {source}, bayesub {metadata.version('bayesub')}"]
+    head.append(f"Equations '{boat.equations.name}' of bayesub; axes of SNAME, angles in rad, SI units.")
+    if boat.equations.rigid_body_terms == "in_coefficients":
+        head.append("The velocity terms of the rigid body are part of these coefficients: leave them out elsewhere.")
+    given = {"boat": boat, "head": head, "flown": listed([one.name for one in manoeuvres]), "pi": np.pi}
+    given |= {"turned": np.array([1.0, -1.0, -1.0]), "cross": np.cross, "numbers": numbers}
+    return templates.fill("bayesub.findings", f"simulators/{kind}.txt", safe=printable, matlab=matlab, xml=xml, **given)

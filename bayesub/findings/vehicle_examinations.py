@@ -16,7 +16,7 @@ from bayesub.logs import log_files
 from bayesub.logs.log_files import positions
 from bayesub.model.equations import AXES
 from bayesub.model.linear_motion import regressor_slopes, regressors, straight
-from bayesub.model.quantities import GLIDES, absence
+from bayesub.model.quantities import GLIDES, PUSHED, absence
 from bayesub.model.vehicles import Vehicle
 
 RUDDER_DEG = 15.0
@@ -85,6 +85,8 @@ def balance(boat: Vehicle) -> Examination:
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
     if not any(thrusts.values()) and any(a.weight.any() for a in boat.actuators.members):
         return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": GLIDES})
+    if not any(thrusts.values()) and any(a.force[0] for a in boat.actuators.members):
+        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": PUSHED})
     straight = forces(boat)
     drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)
     ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
@@ -147,8 +149,8 @@ def _flight(
 
 def straight_flight(boat: Vehicle) -> Examination:
     """Speed, depth and attitude at the end of a flight with controls amidships; of a ship speed and heading."""
-    if balance(boat).skipped.get("thrust_over_drag") == GLIDES:
-        return Examination({"straight_flight": None}, skipped={"straight_flight": GLIDES})
+    if (reason := balance(boat).skipped.get("thrust_over_drag")) in (GLIDES, PUSHED):
+        return Examination({"straight_flight": None}, skipped={"straight_flight": reason})
     found, states = _flight(boat, STRAIGHT, {}, None, "straight_flight", "straight", "straight flight")
     if states is None:
         return found

@@ -107,8 +107,7 @@ def coefficients_of(added: np.ndarray, equations: EquationSet) -> np.ndarray:
     the fluid.
     """
     added = np.asarray(added, dtype=float)
-    units = np.eye(6)
-    quadratic = np.array([[_convective(one, added @ other) for other in units] for one in units])
+    quadratic = products_of(added)
     xi = np.zeros(len(equations.terms))
     for k, term in enumerate(equations.terms):
         axis, factors = AXES.index(term.axis), [factor.code for factor in term.parsed.factors]
@@ -118,6 +117,12 @@ def coefficients_of(added: np.ndarray, equations: EquationSet) -> np.ndarray:
             i, j = (VELOCITIES.index(factor) for factor in factors)
             xi[k] = quadratic[i, j, axis] + (quadratic[j, i, axis] if i != j else 0.0)
     return xi
+
+
+def products_of(added: np.ndarray) -> np.ndarray:
+    """Forces and moments (6, 6, 6) for a product of two velocities, of an added mass (6, 6) in ideal fluid."""
+    units = np.eye(6)
+    return np.array([[_convective(one, added @ other) for other in units] for one in units])
 
 
 def _convective(velocity, momentum):

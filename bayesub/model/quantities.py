@@ -19,6 +19,7 @@ from bayesub.model.vehicles import Vehicle
 
 PROPELLER = "rpm"
 GLIDES = "the boat has no thrust and is driven by its weight"
+PUSHED = "thrusters drive the boat, and rest until they are ordered"
 RELATIVE_STEP = 1e-3  # of a coefficient, for derivatives by it
 _THRUST = [workspace.BODY.index(key) for key in workspace.THRUST]
 

@@ -2,7 +2,9 @@
 
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -11,7 +13,12 @@ import bayesub as bs
 from bayesub.findings import simulator_conventions as conventions
 from bayesub.study.after.knowledge import of_moments
 
+ROOT = Path(__file__).parents[2]
 KNOWN = of_moments(("Xuu", "Nuv"), np.array([-0.0011, -0.013]), np.diag([1e-5, 1e-3]) ** 2)
+
+
+def written(kind, vehicle, known=KNOWN, source="test"):
+    return conventions.written(kind, conventions.Boat(vehicle, known), source)
 
 
 def struct(text):
@@ -56,7 +63,7 @@ def healey_lienard(c, x, controls, length, rho):
 def test_forces_in_the_convention_of_mss_are_ours(name, rng):
     """Ours with the terms without counterpart set to zero; the coefficients that are known take part."""
     vehicle = bs.load_vehicle(name)
-    text = conventions.mss(vehicle, KNOWN, "test")
+    text = written("mss", vehicle)
     c, boat = struct(text), conventions.Boat(vehicle, KNOWN)
     assert c["Cd0"] == pytest.approx(0.0011)
     without = {line.split()[1] for line in text.split("Without counterpart:")[1].strip().splitlines()}
@@ -77,7 +84,7 @@ def test_forces_in_the_convention_of_mss_are_ours(name, rng):
 def test_masses_are_those_of_the_boat():
     """M = MRB + MA, in Matlab, JSON and Python alike."""
     vehicle = bs.load_vehicle("npsauv")
-    text, content = conventions.mss(vehicle, KNOWN, "test"), json.loads(conventions.mss_json(vehicle, KNOWN, "test"))
+    text, content = written("mss", vehicle), json.loads(written("mss-json", vehicle))
     for one in (matrix(text, "MRB") + matrix(text, "MA"), np.array(content["MRB"]) + content["MA"]):
         np.testing.assert_allclose(one, vehicle.mass_matrix, rtol=1e-8, atol=1e-6)
     rows = {row["name"]: row for row in content["coefficients"]}
@@ -92,7 +99,7 @@ def test_a_remus_of_pythonvehiclesimulator_becomes_the_boat():
     """Its formulas with what `apply` sets: drag ahead, and forces and moments of both fins, are ours."""
     vehicle = bs.load_vehicle("suboff")
     module = {}
-    exec(compile(conventions.pvs(vehicle, KNOWN, "test"), "boat.py", "exec"), module)
+    exec(compile(written("pvs", vehicle), "boat.py", "exec"), module)
     remus = SimpleNamespace(S=0.2, A_r=0.005, A_s=0.01, MRB=np.eye(6), MA=np.eye(6))
     module["apply"](remus)
     xi = dict(zip(vehicle.equations.names, (vehicle.xi * vehicle.dimensional_factors).tolist(), strict=True))
@@ -110,7 +117,7 @@ def test_a_set_of_three_degrees_of_freedom_leaves_the_masses_of_heave_roll_and_p
     vehicle = bs.load_vehicle("mariner")
     module, own, moving = {}, np.diag(np.arange(1.0, 7.0)), np.ix_([0, 1, 5], [0, 1, 5])
     known = of_moments(vehicle.equations.names[:1], vehicle.xi[:1], np.eye(1) * 1e-12)
-    exec(compile(conventions.pvs(vehicle, known, "test"), "boat.py", "exec"), module)
+    exec(compile(written("pvs", vehicle, known), "boat.py", "exec"), module)
     remus = SimpleNamespace(S=0.2, A_r=0.005, A_s=0.01, MRB=own.copy(), MA=own.copy())
     module["apply"](remus)
     np.testing.assert_array_equal(remus.MA[[2, 3, 4]], own[[2, 3, 4]])
@@ -122,11 +129,118 @@ def test_boats_of_other_equations(name):
     """Of no set is anything said that it has not; every term that is not zero is named."""
     vehicle = bs.load_vehicle(name)
     known = of_moments(vehicle.equations.names[:1], vehicle.xi[:1], np.eye(1) * 1e-12)
-    text = conventions.mss(vehicle, known, "a 'quoted' source")
+    text = written("mss", vehicle, known, "a 'quoted' source")
     for n, x in zip(vehicle.equations.names, vehicle.xi, strict=True):
         if x != 0.0 and n not in vehicle.equations.added_masses:
             assert re.search(rf"\b{re.escape(n)}\b", text), n
-    compile(conventions.pvs(vehicle, known, "test"), "boat.py", "exec")
-    json.loads(conventions.mss_json(vehicle, known, "test"))
+    compile(written("pvs", vehicle, known), "boat.py", "exec")
+    json.loads(written("mss-json", vehicle, known))
     if vehicle.equations.rigid_body_terms == "in_coefficients":
         assert "velocity terms of the rigid body are part" in text
+
+
+def fly_mss(text, vehicle, manoeuvre, times):
+    """Track (n, 2) in the plane by the forces of npsauv.m and the masses of the file; the thrust is that of suboff."""
+    c, length, rho = struct(text), vehicle.length_m, vehicle.water_density_kgm3
+    inverse = np.linalg.inv((matrix(text, "MRB") + matrix(text, "MA"))[np.ix_([0, 1, 5], [0, 1, 5])])
+    b1, b2, b3 = -0.00072709, -0.0033326, 0.0050597  # of suboff.toml, above and below self-propulsion
+    rudder, n = manoeuvre.log["delta_r"], 7.5  # m/s, n/k0
+
+    def slope(time, state):
+        _, _, psi, u, v, r = state
+        dr = np.interp(time, manoeuvre.times, rudder)
+        f = healey_lienard(c, (u, v, 0.0, 0.0, 0.0, r), (dr, 0.0, 0.0), length, rho)
+        thrust = 0.5 * rho * length**2 * (b1 * u * u + b2 * u * n + b3 * n * n)
+        sums = np.array([f["X"] + thrust + c["mass"] * v * r, f["Y"] - c["mass"] * u * r, f["N"]])
+        turned = [u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi), r]
+        return np.concatenate([turned, inverse @ sums])
+
+    state = np.array([0.0, 0.0, 0.0, vehicle.speed_mps, 0.0, 0.0])
+    track = [state[:2]]
+    for time, dt in zip(times[:-1], np.diff(times), strict=True):
+        a = slope(time, state)
+        b = slope(time + 0.5 * dt, state + 0.5 * dt * a)
+        d = slope(time + 0.5 * dt, state + 0.5 * dt * b)
+        e = slope(time + dt, state + dt * d)
+        state = state + dt / 6.0 * (a + 2.0 * b + 2.0 * d + e)
+        track.append(state[:2])
+    return np.array(track)
+
+
+@pytest.mark.parametrize("name", ["zigzag_10_10", "zigzag_20_20", "turning_circle"])
+def test_a_boat_flies_by_npsauv_as_simulated(suboff, name):
+    """Terms with counterparts repeat the track in the plane to 0.1 % of the path; a wrong yaw moment does not."""
+    known = of_moments(suboff.equations.names[:1], suboff.xi[:1], np.eye(1) * 1e-12)
+    boat = conventions.Boat(suboff, known)
+    text = conventions.written("mss", boat, "test")
+    xi = boat.xi.copy()
+    xi[suboff.equations.columns([row["from"] for row in boat.others({"": ""})])] = 0.0
+    manoeuvre = bs.load_manoeuvre(name, suboff)
+    flown = bs.simulate(suboff, manoeuvre, xi=xi, sample=0.5)
+    ours = flown.states[0, :, :2]
+    way = np.linalg.norm(np.diff(ours, axis=0), axis=1).sum()
+    assert np.linalg.norm(fly_mss(text, suboff, manoeuvre, flown.times) - ours, axis=1).max() < 1e-3 * way
+    value = re.search(r"vehicle\.Ndr\s*= (\S+);", text)[1]
+    wrong = text.replace(f"= {value};", f"= {1.05 * float(value):.9g};")
+    assert np.linalg.norm(fly_mss(wrong, suboff, manoeuvre, flown.times) - ours, axis=1).max() > 1e-3 * way
+
+
+def test_losses_are_distances_from_the_track(suboff):
+    """Each that of a simulation without the term, and one without all; a boat of which nothing is lost loses none."""
+    known = of_moments(suboff.equations.names[:1], suboff.xi[:1], np.eye(1) * 1e-12)
+    manoeuvre = bs.load_manoeuvre("zigzag_20_20", suboff)
+    lost = conventions.losses("mss", conventions.Boat(suboff, known), [manoeuvre])
+    assert {"Yv_absnu", "Yv_absr", ""} < lost.keys()
+    sample = manoeuvre.duration / 500
+
+    def track(*names):
+        xi = suboff.xi.copy()
+        xi[suboff.equations.columns(names)] = 0.0
+        return bs.simulate(suboff, manoeuvre, xi=xi, sample=sample).states[0, :, :3]
+
+    for names in (("Yv_absnu",), ("Yv_absr",), tuple(lost.keys() - {""})):
+        far = np.linalg.norm(track(*names) - track(), axis=1).max()
+        assert lost[names[0] if len(names) == 1 else ""] == pytest.approx([far], rel=1e-6)
+    assert all(lost[name] == [0.0] for name in lost if name and suboff.equations.term(name).axis in "ZKM")
+    text = conventions.written("mss", conventions.Boat(suboff, known, lost), "test", [manoeuvre])
+    named = re.findall(r"(?m)^% (\w+) = .*; ([\d.e+-]+) m$", text)
+    assert len(named) == len(lost) - 1
+    sizes = [float(metres) for _, metres in named]
+    assert sizes == sorted(sizes, reverse=True)
+    assert "on zigzag_20_20; without all" in text
+    rov = bs.load_vehicle("bluerov2")
+    own = of_moments(rov.equations.names[:1], rov.xi[:1], np.eye(1) * 1e-12)
+    assert conventions.standard(rov) == []
+    steps = bs.load_manoeuvre(ROOT / "studies" / "trial" / "rov_thrusters.toml", rov)
+    assert conventions.losses("gazebo", conventions.Boat(rov, own), [steps]) == {"": [0.0]}
+
+
+def test_a_torpedo_of_holoocean_has_the_drag_and_the_fins_of_the_boat():
+    """By its formulas: drag rho/2 Cd pi (diam/2)^2 V^2 ahead, and two fins of rho/2 a CL delta V^2 each."""
+    remus = bs.load_vehicle("remus100")
+    known = of_moments(remus.equations.names[:1], remus.xi[:1], np.eye(1) * 1e-12)
+    agent = json.loads(written("holoocean", remus, known))
+    d, a, speed, delta = agent["dynamics"], agent["actuator"], 1.3, 0.1
+    drag = 0.5 * d["rho"] * d["Cd"] * np.pi * (0.5 * d["diam"]) ** 2 * speed**2
+    assert drag == pytest.approx(1.62 * speed**2, rel=1e-9)
+    fins = 2 * 0.5 * d["rho"] * a["fin_area"] * a["CL_delta"] * delta * speed**2
+    assert fins == pytest.approx(9.64 * delta * speed**2, rel=1e-9)
+    spheroid = 4.0 / 3.0 * np.pi * d["rho"] * 0.5 * d["length"] * (0.5 * d["diam"]) ** 2
+    assert spheroid == pytest.approx(d["mass"], rel=1e-9)
+    named = {row["name"] for row in agent["without_counterpart"]}
+    nonzero = {n for n, x in zip(remus.equations.names, remus.xi, strict=True) if x}
+    assert named == nonzero - {"Xuu", "Yuudr"}
+
+
+def test_stonefish_gets_mass_and_inertia_and_says_that_it_takes_no_coefficients():
+    remus = bs.load_vehicle("remus100")
+    known = of_moments(remus.equations.names[:1], remus.xi[:1], np.eye(1) * 1e-12)
+    text = written("stonefish", remus, known)
+    body = ElementTree.fromstring(text)
+    assert float(body.find("mass").get("value")) == pytest.approx(remus.body[0])
+    shift = remus.body[0] * 0.0196**2  # Steiner: the file has it about the centre of gravity
+    inertia = [float(x) for x in body.find("inertia").get("xyz").split()]
+    np.testing.assert_allclose(inertia, [0.177 - shift, 3.45 - shift, 3.45], rtol=1e-8)
+    assert body.find("cg").get("xyz") == "0 0 0.0196"
+    assert "takes no hydrodynamic coefficients" in text
+    assert all(f"{n} = " in text for n, x in zip(remus.equations.names, remus.xi, strict=True) if x)

@@ -468,3 +468,11 @@ def test_a_glider_has_no_thrust_to_balance():
         examination = examine(glider)
         assert not examination.warnings
         assert set(examination.skipped.values()) == {"the boat has no thrust and is driven by its weight"}
+
+
+def test_thrusters_at_rest_have_no_thrust_to_balance():
+    """Neither is looked at of a vehicle that only thrusters drive; with propellers both are."""
+    for examine in (balance, straight_flight):
+        examination = examine(bs.load_vehicle("bluerov2"))
+        assert not examination.warnings
+        assert set(examination.skipped.values()) == {"thrusters drive the boat, and rest until they are ordered"}

@@ -2,8 +2,10 @@
 
 import ast
 import functools
+import json
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -53,21 +55,30 @@ def posterior():
     return Posterior(names=KNOWN.names, chain=chain, log_prob=chain[..., 0], seconds=1.0, failures={}, **given)
 
 
+def tags(kind, text):
+    """Those of a file, but for parameters, whose values are nothing if a text takes the unit of coefficients away."""
+    root = ElementTree.fromstring(conventions.written(kind, conventions.Boat(boat_of(text), KNOWN), text))
+    return {e.tag for e in root.iter() if not re.match("[xyzkmn][A-Z]", e.tag)}
+
+
 @each
 @given(text=texts)
 def test_python_has_one_function_of_assignments_and_matlab_one_assignment_a_line(text):
     boat = boat_of(text)
-    imported, function = ast.parse(conventions.pvs(boat, KNOWN, text)).body
+    imported, function = ast.parse(conventions.written("pvs", conventions.Boat(boat, KNOWN), text)).body
     assert isinstance(imported, ast.Import)
     assert {type(statement) for statement in function.body} == {ast.Assign}
     assert {ast.unparse(s.targets[0]).partition(".")[0] for s in function.body} <= {
         "vehicle", "righting", "(vehicle",
     }  # fmt: skip
-    script = conventions.mss(boat, KNOWN, text)
+    script = conventions.written("mss", conventions.Boat(boat, KNOWN), text)
     assert not re.search(r"[^\x20-\x7e\n]", "".join(c for c in script if not c.isprintable()))
     inside = r"vehicle\.\w+ +?= (?:'(?:[^']|'')*'|\[?[-+.e\d ]*\]?|\[);(?: %.*)?|vehicle\.\w+ = \[|[-+.e\d ]+|\];|"
     for line in script.split("\n"):
         assert line.startswith("% ") or re.fullmatch(inside, line), line
+    for kind in ("gazebo", "stonefish"):
+        assert tags(kind, text) == tags(kind, "plain")
+    json.loads(conventions.written("holoocean", conventions.Boat(boat, KNOWN), text))
 
 
 @each

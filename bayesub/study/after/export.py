@@ -1,18 +1,18 @@
 """What a finished run is written as for others: a vehicle file, draws, tables, the coefficients of other simulators."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from bayesub.findings import simulator_conventions
+from bayesub.findings.simulator_conventions import Boat, losses, standard, written
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
 from bayesub.io.errors import InputError, check_known
 from bayesub.report import parameter_tables
 from bayesub.study.after.finished_run import FinishedRun, finished_run
-from bayesub.study.after.knowledge import known, vehicle_file
+from bayesub.study.after.knowledge import Knowledge, coefficients, known, prior_of, vehicle_file
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Format:
 
     suffix: str  # of the files that are written so
     meaning: str  # in words
-    write: Callable[[FinishedRun, Path], None]  # writes the posterior of a run to a path
+    write: Callable[[FinishedRun, Path], None] | None = None  # of a run to a path; None of coefficients for a simulator
 
 
 def _text(made: Callable[[FinishedRun, Path], str]) -> Callable[[FinishedRun, Path], None]:
@@ -40,9 +40,26 @@ def _table(made) -> Callable[[FinishedRun, Path], None]:
     return _text(text)
 
 
-def _simulator(made) -> Callable[[FinishedRun, Path], None]:
-    """The writer of the coefficients that another simulator takes."""
-    return _text(lambda run, _: made(run.vehicle, known(run), f"study '{run.study.name}'"))
+def _write_simulator(kind: str, run: FinishedRun, path: Path, fleet: int, seed: int) -> None:
+    """Write the coefficients for a simulator: the means, or so many draws, each with what terms that it lacks cost."""
+    places, xi, mean = coefficients(run), run.vehicle.xi.copy(), known(run)
+    fixed = prior_of(run)[1]
+    xi[run.vehicle.equations.columns(fixed)] = list(fixed.values())
+    vehicle, drawn = replace(run.vehicle, xi=xi), run.posterior.draws[:, places]
+    if fleet > len(drawn):
+        raise InputError(f"--fleet: the posterior has {len(drawn)} draws; ask for so many at most", "limit", "--fleet")
+    manoeuvres = standard(vehicle) or [trial.manoeuvre for trial in run.setup().trials.values()]
+    lost = losses(kind, Boat(vehicle, mean), manoeuvres)
+    boats = [(path, mean, "posterior means")]
+    if fleet:
+        rows = np.random.default_rng(seed).choice(len(drawn), fleet, replace=False).tolist()
+        names, sd, boats = tuple(run.posterior.names[k] for k in places), np.full(len(places), np.nan), []
+        for k, row in enumerate(rows, start=1):
+            file = path.with_stem(f"{path.stem}_{k:0{len(str(fleet))}d}")
+            what = f"draw {row} of the posterior, {k} of {fleet} by the seed {seed}"
+            boats.append((file, Knowledge(names, drawn[row], sd, np.eye(len(names))), what))
+    for file, one, what in boats:
+        write_text(file, written(kind, Boat(vehicle, one, lost), f"study '{run.study.name}': {what}", manoeuvres))
 
 
 def draws(run: FinishedRun) -> pd.DataFrame:
@@ -72,9 +89,12 @@ FORMATS = {
     "parquet": Format(".parquet", "draws", _parquet),
     "latex": Format(".tex", "table", _table(parameter_tables.latex)),
     "markdown": Format(".md", "table", _table(parameter_tables.markdown)),
-    "mss": Format(".m", "coefficients as Fossen's MSS names them", _simulator(simulator_conventions.mss)),
-    "mss-json": Format(".json", "the same as JSON", _simulator(simulator_conventions.mss_json)),
-    "pvs": Format(".py", "what PythonVehicleSimulator takes", _simulator(simulator_conventions.pvs)),
+    "mss": Format(".m", "coefficients as Fossen's MSS names them"),
+    "mss-json": Format(".json", "the same as JSON"),
+    "pvs": Format(".py", "what PythonVehicleSimulator takes"),
+    "gazebo": Format(".sdf", "a model of Gazebo with the plugin Hydrodynamics"),
+    "stonefish": Format(".xml", "mass, inertia and centres for Stonefish, which takes no coefficients"),
+    "holoocean": Format(".json", "an agent of HoloOcean with what its torpedo takes"),
 }
 
 
@@ -83,14 +103,17 @@ def format_of(path: Path, kind: str | None) -> str:
     if kind is not None:
         check_known(kind, FORMATS, f"no format '{kind}'", hint=f"choose one of {', '.join(FORMATS)}", key="--as")
         return kind
-    suffixes = {one.suffix: name for name, one in FORMATS.items()}
+    suffixes = {one.suffix: "" for one in FORMATS.values()}  # of two formats with one suffix the first counts
+    suffixes |= {one.suffix: name for name, one in reversed(FORMATS.items())}
     hint = f"end the name with one of {', '.join(suffixes)}, or give --as"
     what = f"{path}: no format is known by the suffix '{path.suffix}'"
     check_known(path.suffix.lower(), suffixes, what, hint=hint, key="--as")
     return suffixes[path.suffix.lower()]
 
 
-def export(folder: str | Path, path: str | Path, kind: str | None = None) -> FinishedRun:
+def export(
+    folder: str | Path, path: str | Path, kind: str | None = None, *, fleet: int = 0, seed: int = 0
+) -> FinishedRun:
     """Write the posterior of a finished run of a study in TOML to a file, which is replaced if there is one.
 
     Parameters
@@ -100,8 +123,13 @@ def export(folder: str | Path, path: str | Path, kind: str | None = None) -> Fin
     path : str or Path
         The file.
     kind : str or None
-        "vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json" or "pvs"
-        (:data:`FORMATS`); by default that of the suffix.
+        "vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs", "gazebo", "stonefish" or
+        "holoocean" (:data:`FORMATS`); by default that of the suffix.
+    fleet : int
+        How many draws of the posterior are written for a simulator, each into a file with its number behind the name,
+        in place of the means.
+    seed : int
+        Which draws these are.
 
     Returns
     -------
@@ -111,14 +139,22 @@ def export(folder: str | Path, path: str | Path, kind: str | None = None) -> Fin
     Raises
     ------
     InputError
-        For a folder that holds no finished run, a format that is none, and a file that cannot be written.
+        For a folder that holds no finished run, a format that is none, a boat that a simulator cannot have, a fleet of
+        another format or of more than there are draws, and a file that cannot be written.
     """
     folder, path = Path(folder), Path(path)
-    chosen = FORMATS[format_of(path, kind)]
+    name = format_of(path, kind)
+    write = FORMATS[name].write
+    if fleet and write is not None:
+        text = f"--fleet: is of coefficients for a simulator, and the format is '{name}'; choose --as gazebo or another"
+        raise InputError(text, "conflict", "--fleet")
     if folder.resolve() in path.resolve().parents:
         text = f"{path}: is in the folder of the run, whose files are its own; choose another -o"
         raise InputError(text, "conflict", "-o")
     run = finished_run(folder)
     with writing(path):
-        chosen.write(run, path)
+        if write is None:
+            _write_simulator(name, run, path, fleet, seed)
+        else:
+            write(run, path)
     return run

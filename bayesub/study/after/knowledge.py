@@ -113,7 +113,7 @@ def known(run: FinishedRun) -> Knowledge:
     """
     places = coefficients(run)
     found = of_draws([run.posterior.names[k] for k in places], run.posterior.draws[:, places])
-    prior, _ = _prior(run)
+    prior, _ = prior_of(run)
     pairs = prior.correlations if isinstance(prior, Given) else ()
     related = {name for *pair, _ in pairs for name in pair if not set(pair).isdisjoint(found.names)}
     if related <= set(found.names):
@@ -128,7 +128,7 @@ def known(run: FinishedRun) -> Knowledge:
     return of_moments(names, before.mean, spread @ spread.T).updated(found)
 
 
-def _prior(run: FinishedRun) -> tuple[CoefficientPrior, dict[str, float]]:
+def prior_of(run: FinishedRun) -> tuple[CoefficientPrior, dict[str, float]]:
     """The prior of the coefficients, and the values of those that are fixed."""
     return run.study.prior.build(run.vehicle.xi, run.vehicle, run.study.path)
 
@@ -152,7 +152,7 @@ def vehicle_file(run: FinishedRun, path: Path) -> str:
     origin = f"posterior of the study '{study.name}' by bayesub {metadata.version('bayesub')}"
     document["reference"] = f"{vehicle.reference.rstrip('. ')}; {origin}" if vehicle.reference else origin
     table, posterior = document["coefficients"], run.posterior
-    for name, value in _prior(run)[1].items():
+    for name, value in prior_of(run)[1].items():
         table[name] = value
     contraction = dict(zip(posterior.names, posterior.contraction.tolist(), strict=True))
     for name, mean, sd in zip(knowledge.names, knowledge.mean.tolist(), knowledge.sd.tolist(), strict=True):

@@ -226,6 +226,47 @@ def test_the_suffix_gives_way_to_the_option(exported):
     assert json.loads(exported("boat.txt", "--as", "mss-json").read_text())["name"] == "suboff"
 
 
+def test_a_fleet_is_draws_of_the_posterior(run, tmp_path, bayesub):
+    """Each file has the coefficients of the draw that it names; the same seed gives the same files, another others."""
+    posterior, vehicle = finished_run(run).posterior, finished_run(run).vehicle
+
+    def fleet(name, seed):
+        status, out, err = bayesub("export", run, "-o", tmp_path / name / "boat.m", "--fleet", 10, "--seed", seed)
+        assert (status, err) == (0, "")
+        assert "10 draws" in out
+        return [file.read_text() for file in sorted((tmp_path / name).iterdir())]
+
+    for name in ("one", "again", "other"):
+        (tmp_path / name).mkdir()
+    one = fleet("one", 4)
+    assert [file.name for file in sorted((tmp_path / "one").iterdir())] == [f"boat_{k:02d}.m" for k in range(1, 11)]
+    assert one == fleet("again", 4)
+    assert not set(one) & set(fleet("other", 5))
+    rows = []
+    for text in one:
+        rows.append(int(re.search(r"draw (\d+) of the posterior, \d+ of 10 by the seed 4", text)[1]))
+        value = float(re.search(r"vehicle\.Nv\s*= (\S+);", text)[1])
+        assert value == pytest.approx(posterior.draws[rows[-1], NAMES.index("Nuv")], rel=1e-8)
+        assert f"vehicle.rho = {vehicle.water_density_kgm3:g};" in text
+        assert "on turning_circle, vertical and coupled; without all" in text
+    assert len(set(rows)) == 10
+    status, _, err = bayesub("export", run, "-o", tmp_path / "draws.csv", "--fleet", 2)
+    assert (status, err.count("\n")) == (2, 1)
+    refusals.check(bayesub.error, "conflict", "--fleet")
+    status, _, err = bayesub("export", run, "-o", tmp_path / "boat.sdf", "--fleet", len(posterior.draws) + 1)
+    assert (status, err.count("\n")) == (2, 1)
+    refusals.check(bayesub.error, "limit", "--fleet")
+    assert not (tmp_path / "boat.sdf").exists()
+
+
+def test_what_is_fixed_in_a_run_is_fixed_in_the_files(exported, monkeypatch):
+    """A coefficient that the prior of the study fixes has that value for a simulator, not the one of the vehicle."""
+    from bayesub.study.after import export as exports
+
+    monkeypatch.setattr(exports, "prior_of", lambda _: (None, {"Yur": 0.0123}))
+    assert re.search(r"vehicle\.Yr\s*= 0\.0123;", exported("boat.m").read_text())
+
+
 @pytest.mark.parametrize("command", ["export RUN -o known.toml", "predict RUN zigzag_20_20 -o p", "report RUN"])
 @pytest.mark.parametrize(
     ("file", "content"),
