@@ -1,6 +1,5 @@
 """The set `mmg` and the ship `esso_osaka`: forces typed here once more, rest, a propeller astern, wind in a log."""
 
-import json
 import tomllib
 
 import numpy as np
@@ -43,7 +42,9 @@ def forces(ship, u, v, r, turns, angle, along, across):
         force += (c["ur"] * u + c["r_absu"] * size(u) + c["r_absv"] * size(v) + c["r_absr"] * size(w)) * w
         force += c["uu"] * u**2 + (c["n_absn"] * size(n) + c["nn"] * n) * n + (c["un"] * n + c["u_absn"] * size(n)) * u
         force += (c["vn"] * n + c["v_absn"] * size(n)) * v + (c["rn"] * n + c["r_absn"] * size(n)) * w
-        force += (c["n_absn_d"] * n * size(n) + c["nnd"] * n**2 + c["und"] * u * n + c["u_absn_d"] * u * size(n)) * angle
+        force += (
+            c["n_absn_d"] * n * size(n) + c["nnd"] * n**2 + c["und"] * u * n + c["u_absn_d"] * u * size(n)
+        ) * angle
         force += (c["u_absu_d"] * u * size(u) + c["uud"] * u**2) * angle
         force += (c["n_absn_ddd"] * n * size(n) + c["nnddd"] * n**2 + c["u_absn_ddd"] * u * size(n)) * cube
         force += c["uuddd"] * u**2 * cube + (c["v_absn_dd"] * v + c["r_absn_dd"] * w) * size(n) * square
@@ -71,7 +72,9 @@ def test_accelerations_are_those_of_the_formulae(ship, rng):
     states = np.zeros((60, 12))
     states[:, [6, 7, 11]] = np.stack([u, v, r]).T
     found = bs.accelerations(ship, states, np.stack([angle, along, across], axis=1), turns)
-    np.testing.assert_allclose(found[:, [X, Y, N]].T, accelerations(ship, u, v, r, turns, angle, along, across), rtol=1e-9)
+    np.testing.assert_allclose(
+        found[:, [X, Y, N]].T, accelerations(ship, u, v, r, turns, angle, along, across), rtol=1e-9
+    )
     np.testing.assert_array_equal(found[:, 2:5], 0.0)
 
 
@@ -105,13 +108,16 @@ def test_the_propeller_stops_it_and_drives_it_astern(ship):
     assert np.argmax(reversed_ < 0.0) * 0.5 < 120.0  # s, until it stands
 
 
-@pytest.mark.parametrize(("wind", "moved", "sign"), [((0.0, 3.0), 7, 1.0), ((0.0, -3.0), 7, -1.0), ((3.0, 0.0), 6, 1.0), ((-3.0, 0.0), 6, -1.0)])
+@pytest.mark.parametrize(
+    ("wind", "moved", "sign"),
+    [((0.0, 3.0), 7, 1.0), ((0.0, -3.0), 7, -1.0), ((3.0, 0.0), 6, 1.0), ((-3.0, 0.0), 6, -1.0)],
+)
 def test_wind_drives_it_to_lee(ship, wind, moved, sign):
     """A boat at rest is moved to the side to which the air moves."""
     assert sign * flown(ship, 0.0, wind, duration=10.0).states[0, -1, moved] > 1e-3
 
 
-def test_a_log_with_wind(bayesub, ship, tmp_path, monkeypatch):
+def test_a_log_with_wind(bayesub, tmp_path, monkeypatch):
     """Written by `simulate`, read by `check` beside the ship, and flown again as it was."""
     monkeypatch.chdir(tmp_path)
     times = np.arange(0.0, 60.5, 1.0)
@@ -120,10 +126,8 @@ def test_a_log_with_wind(bayesub, ship, tmp_path, monkeypatch):
     np.savetxt("in.csv", rows, delimiter=",", comments="", header=f"time_s,rudder_deg,rpm,{WIND[0]},{WIND[1]}")
     assert bayesub("simulate", "esso_osaka", "in.csv", "-o", "track.csv")[0] == 0
     assert bayesub("simulate", "esso_osaka", "in.csv", "-o", "log.csv", "--sensors", "autosub")[0] == 0
-    with open("track.csv") as file:
-        header = file.readline().strip().split(",")
-    assert {*WIND, "rpm", "rudder_deg"} <= set(header)
     track = np.genfromtxt("track.csv", delimiter=",", names=True)
+    assert {*WIND, "rpm", "rudder_deg"} <= set(track.dtype.names)
     np.testing.assert_allclose(track["wind_across_mps"], np.interp(track["time_s"], times, gusts[1]), rtol=1e-9)
     assert bayesub("check", "esso_osaka", "log.csv")[0] == 0
     still = np.column_stack([rows[:, :3], 0.0 * rows[:, 3:]])
