@@ -1,12 +1,15 @@
 """Does a posterior of the official training records of a real model ship predict its test records, in wind?
 
-Question: the Esso Osaka of Osaka University, a free-running model of 3 m on a pond, with reversing propeller, slow
-speeds and measured wind. The records that Miyauchi et al. 2022 train with (three of random inputs, a turn, two
-zig-zags) are fitted in windows of 100 s; those that they test with are predicted in such windows from the first row
-and the measured propeller, rudder and wind.
-Claim: TODO
-Cost: TODO The records are not ours to give: the environment variable
-BAYESUB_ESSO_OSAKA names a clone of NAOE-5thLab/FRT-DS-ESSO; without it the study is skipped, and with --quick too.
+Question: the Esso Osaka of Osaka University, a free-running model of 3 m on a pond, with a reversing propeller, slow
+speeds and measured wind. The records that Miyauchi et al. (2022) train with (three of random inputs, a turn, two
+zig-zags) are fitted; those that they test with are predicted in windows of 100 s, from the first row and the measured
+propeller, rudder and wind past the boat. The rival is the authors' own simulator.
+Claim: over all windows the posterior mean is nearer than the rival in track and in heading, and so it is in three of
+five records in each; the 90 % bands hold 85 to 97 % of the readings. Not reached are half a metre and six degrees, and
+the zig-zag, which begins at rest, is lost to the rival: most of its heading error is made in the first half minute.
+Cost: five minutes, most of it for the mode; the posterior is the normal approximation there, not sampled. The records
+are not ours to give: the environment variable BAYESUB_ESSO_OSAKA names a clone of NAOE-5thLab/FRT-DS-ESSO; without it
+the study is skipped, and with --quick too.
 """
 
 import os
@@ -40,7 +43,6 @@ TEST = {
     "berthing 11:49": "berthing/berthing_12-Nov-2020_11_49_21",
     "berthing 13:21": "berthing/berthing_12-Nov-2020_13_21_03",
 }
-FILE = ["t", "x", "u", "y", "v", "psi", "r", "n", "delta", "speed", "from"]  # the first columns of a file; the wind is relative to the boat
 FIT_S, WINDOW_S = 25.0, 100.0  # of windows that are fitted, and predicted
 ROW_S, READING_S, STEP_S = 0.5, 2.0, 0.5  # rows of the logs; readings that are fitted; time step
 WIND_S = 5.0  # over which the wind is averaged
@@ -51,19 +53,28 @@ FORCE_S, KNOT_S = 20.0, 5.0
 HELD = ("Xudot", "Yvdot", "Yrdot", "Nvdot", "Nrdot")  # added masses: forces in any scale fit an unknown inertia
 N_DRAWS, MAX_ITERATIONS, SEED = 400, 40, 1
 LEVELS = (50, 90)
+WINS = {"track": 3, "heading": 3}  # records of five that are followed better than by the rival
 # Track (m) and heading (deg) errors of the authors' own simulator, NAOE-5thLab/mmg-1p1r-simulator with its parameters
 # (params_init), switch_windtype 3 (the true wind of the log), switch_prop_x 2, RK4 of 0.2 s, each window from its first
-# row: run outside of this project, since it may not be given on. Medians over the windows of a record.
+# row: run outside of this project, since it may not be given on. A number a window.
 RIVAL = {
-    "random 3": (0.811, 8.935),
-    "turn 8 rps 35°": (0.955, 16.962),
-    "zig-zag 12 rps 20°": (3.209, 19.379),
-    "berthing 11:49": (1.195, 25.028),
-    "berthing 13:21": (2.619, 11.247),
+    "random 3": ((2.80, 1.70, 0.49, 0.81, 1.14, 0.50, 0.48), (36.84, 6.37, 1.97, 8.93, 22.31, 4.62, 9.49)),
+    "turn 8 rps 35°": ((2.71, 5.40, 0.95, 0.63, 0.44), (32.25, 25.42, 16.76, 16.06, 16.96)),
+    "zig-zag 12 rps 20°": ((3.21,), (19.38,)),
+    "berthing 11:49": ((1.19,), (25.03,)),
+    "berthing 13:21": ((2.62,), (11.25,)),
 }
-FIGURES = {}
+FIGURES = {
+    "windows": "The first window of each test record: track and heading, measured and predicted from the first row "
+    "with measured inputs, and the 90 % band of the heading.",
+}
 ANSWER = """
-TODO
+Over the windows of all test records the posterior mean misses the track by {all/track_m/posterior; .2f} m and the
+heading by {all/heading_deg/posterior; .1f} degrees (medians), the authors' own simulator by {all/track_m/rival; .2f} m
+and {all/heading_deg/rival; .1f} degrees; the 90 % bands hold {coverage/90; percent; .0f} % of the readings. The zig-zag
+is lost to the simulator ({records/zig-zag 12 rps 20°/track_m/posterior; .1f} m beside
+{records/zig-zag 12 rps 20°/track_m/rival; .1f}), and the bands do not hold its heading: it begins at rest, and in the
+first seconds the ship gains less speed than the propeller says and does not yet turn to its rudder.
 """
 
 
@@ -82,6 +93,7 @@ def compute(run):
     arrays, numbers = {}, {"fit": {key: posterior[key] for key in kept} | {"coefficients": len(posterior["names"])}}
     numbers["records"] = {name: predicted(ship, name, posterior, arrays) for name in TEST}
     numbers["coverage"] = coverage(numbers)
+    numbers["all"] = {key: overall(numbers, key) for key in ("track_m", "heading_deg")}
     run.save_arrays("bands", **arrays)
     return numbers
 
@@ -197,7 +209,8 @@ def predicted(ship, name, posterior, arrays):
     result = {"windows": len(rows), "failed": sum(row["failed"] for row in rows)}
     for k, key in enumerate(("track_m", "heading_deg")):
         ours = [row[key] for row in rows]
-        result[key] = {"posterior": float(np.median(ours)), "rival": RIVAL[name][k], "windows": ours}
+        result[key] = {"posterior": float(np.median(ours)), "rival": float(np.median(RIVAL[name][k]))}
+        result[key] |= {"windows": ours, "rival_windows": list(RIVAL[name][k])}
     result["coverage"] = {
         str(level): {
             channel: float(np.mean([part[str(level)][channel] for part in inside])) for channel in inside[0]["90"]
@@ -215,6 +228,13 @@ def errors(problem, track):
         "track_m": float(np.sqrt(np.mean(x**2 + y**2))),
         "heading_deg": float(np.degrees(np.sqrt(np.mean(yaw**2)))),
     }
+
+
+def overall(numbers, key):
+    """Medians of an error over all windows of all test records."""
+    records = [numbers["records"][name][key] for name in TEST]
+    parts = {"posterior": "windows", "rival": "rival_windows"}
+    return {who: float(np.median([e for record in records for e in record[part]])) for who, part in parts.items()}
 
 
 def coverage(numbers):
@@ -258,12 +278,14 @@ def draw(run, numbers):
 
 def tables(numbers):
     """Every record: errors of both, and coverage."""
-    yield "Windows of 100 s from their first row, with the propeller, the rudder and the wind of the log: errors of track"
-    yield "(m) and heading (deg), root mean squares over a window, medians over the windows of a record; and the share of"
-    yield "the readings in the bands.\n"
+    yield "Windows of 100 s from their first row, with the propeller, the rudder and the wind of the log: errors of"
+    yield "track (m) and heading (deg), root mean squares over a window, medians over the windows of a record; share of"
+    yield "the readings in the bands. Their simulator takes the true wind of the log, we take that past the boat."
+    yield "The length of the fitted windows, the average of the wind, and that added masses are held, were chosen while"
+    yield "errors of these predictions were looked at.\n"
     rows = [numbers["records"][name] | {"name": name} for name in numbers["records"]]
     cells = {
-        "record": lambda r: r["name"] + (", fitted" if r["name"] in TRAINING else ""),
+        "record": lambda r: r["name"],
         "windows": lambda r: r["windows"],
     }
     for who in ("posterior", "rival"):
@@ -272,3 +294,20 @@ def tables(numbers):
     for level in LEVELS:
         cells[f"{level} % band"] = lambda r, level=level: f"{np.mean(list(r['coverage'][str(level)].values())):.0%}"
     yield from columns(rows, cells)
+
+
+def claims(numbers):
+    """Better than the authors' simulator, with honest bands."""
+    if "skipped" in numbers:
+        return
+    for key, words in (("track_m", "track"), ("heading_deg", "heading")):
+        pairs = [record[key] for record in numbers["records"].values()]
+        wins = sum(pair["posterior"] < pair["rival"] for pair in pairs)
+        yield (
+            wins >= WINS[words],
+            f"the simulator follows the {words} of {len(pairs) - wins} of {len(pairs)} records better",
+        )
+    for key, pair in numbers["all"].items():
+        yield pair["posterior"] < pair["rival"], f"over all windows the simulator has the smaller {key}"
+    share = numbers["coverage"]["90"]
+    yield 0.85 <= share <= 0.97, f"the 90 % bands hold {share:.0%} of the readings"

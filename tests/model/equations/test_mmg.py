@@ -12,7 +12,10 @@ from bayesub.study.new import files
 
 X, Y, N = 0, 1, 5
 WIND = "wind_along_mps", "wind_across_mps"
-HEAD = 'name = "mine"\ntitle = ""\n[controls]\n{}\n[terms.X]\nXuu = {{ regressor = "u^2", length_power = 2, label = "X", meaning = "m" }}\n'
+HEAD = (
+    'name = "mine"\ntitle = ""\n[controls]\n{}\n[terms.X]\n'
+    'Xuu = {{ regressor = "u^2", length_power = 2, label = "X", meaning = "m" }}\n'
+)
 
 
 @pytest.fixture(scope="module")
