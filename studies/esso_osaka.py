@@ -264,6 +264,7 @@ def draw(run, numbers):
             above.plot(ours_y, ours_x, color=style.POSTERIOR, lw=1.2, label="posterior mean")
             above.plot(y[0], x[0], "o", color=style.TRUTH, ms=3)
             above.set_aspect("equal", "datalim")
+            above.set_xlabel("y (m)")
             above.set_title(name, fontsize=8)
             heading = np.degrees(np.stack([yaw, ours, low, high]))
             below.fill_between(times, heading[2], heading[3], color=style.POSTERIOR, alpha=0.2, lw=0, label="90 % band")

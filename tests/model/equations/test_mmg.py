@@ -104,8 +104,9 @@ def test_it_rests_in_still_air(ship):
 
 
 def test_the_propeller_stops_it_and_drives_it_astern(ship):
-    steady = flown(ship, 600.0, speed=ship.speed_mps, duration=300.0).states[0, -1, 6]
-    assert steady == pytest.approx(ship.speed_mps, rel=0.25)
+    """It keeps the speed of trials with the propeller speed of its file; turned astern, the propeller stops it."""
+    steady = flown(ship, 390.0, speed=ship.speed_mps, duration=100.0).states[0, -1, 6]
+    assert steady == pytest.approx(ship.speed_mps, rel=0.05)
     reversed_ = flown(ship, -600.0, speed=ship.speed_mps, duration=300.0).states[0, :, 6]
     assert reversed_.min() < -0.02
     assert np.argmax(reversed_ < 0.0) * 0.5 < 120.0  # s, until it stands
