@@ -18,7 +18,7 @@ from bayesub.model.trajectory import Trajectory
 from bayesub.model.vehicles import Vehicle
 
 _UNITS = {"deg": "deg", "n": "N", "nm": "N m", "rpm": "rpm", "counts": "counts", "percent": "%", "us": "us"}
-_UNITS |= {"m": "m", "cm3": "cm3", "kgm3": "kg/m3", "bar": "bar"}
+_UNITS |= {"m": "m", "mps": "m/s", "cm3": "cm3", "kgm3": "kg/m3", "bar": "bar"}
 
 
 def actuators(boat: Vehicle) -> Examination:

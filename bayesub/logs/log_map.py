@@ -12,7 +12,7 @@ from bayesub.io.toml_files import Positive, Section, WaterDensity
 from bayesub.logs import log_files
 
 # How columns of a vehicle's own actuators end, in units and as the vehicle counts them.
-_OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_kgm3", "_counts", "_percent", "_us")
+_OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_mps", "_kgm3", "_counts", "_percent", "_us")
 
 
 def _known_unit(unit: str) -> str:

@@ -30,14 +30,20 @@ class PropulsionSection(Section):
         raise NotImplementedError
 
 
-class NoPropulsionSection(PropulsionSection):
+class TurningSection(PropulsionSection):
+    """A propeller whose thrust does not follow from its revolutions here, but terms of an equation set may."""
+
+    rpm: Positive | None = None  # at the speed of trials
+
+    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
+        """Nothing, and the propeller speed of the file, or one that means nothing."""
+        return (0.0,) * 9, 1.0 if self.rpm is None else self.rpm / speed
+
+
+class NoPropulsionSection(TurningSection):
     """The equation set has thrust and resistance in its own terms."""
 
     model: Literal["none"]
-
-    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
-        """Nothing, and a propeller speed that means nothing."""
-        return (0.0,) * 9, 1.0
 
 
 class ThrustSection(PropulsionSection):
@@ -60,7 +66,7 @@ class ThrustSection(PropulsionSection):
         return (0.0, 0.0, b, 0.0, 0.0, b, 0.0, 0.0, -b), self.rpm / speed
 
 
-class MeasuredSection(PropulsionSection):
+class MeasuredSection(TurningSection):
     """A thrust and a torque that logs have, in the columns ``thrust_n`` and ``torque_nm``.
 
     Without its column the thrust is that which balances the drag at the speed of trials.
@@ -69,7 +75,6 @@ class MeasuredSection(PropulsionSection):
     model: Literal["measured"]
     thrust_deduction: float = pydantic.Field(default=0.0, ge=0.0, lt=1.0)
     handedness: Literal["right", "left"] = "right"
-    rpm: Positive | None = None
 
     COLUMNS: ClassVar[tuple[str, ...]] = ("thrust_n", "torque_nm")
 
@@ -78,10 +83,6 @@ class MeasuredSection(PropulsionSection):
         if any(self.torque):
             raise ValueError("the torque is a column of the log, torque_nm; leave torque out")
         return self
-
-    def thrust(self, body: BodySection, speed: float, drag: float) -> tuple[tuple[float, ...], float]:  # noqa: ARG002
-        """Nothing that follows the revolutions, which only terms of the slipstream need."""
-        return (0.0,) * 9, 1.0 if self.rpm is None else self.rpm / speed
 
     def wrenches(self, body: BodySection, speed: float, drag: float) -> Iterator[tuple[str, np.ndarray, float]]:
         """Column, (6,) forces of its unit, and value at rest; parameters as of :meth:`thrust`.

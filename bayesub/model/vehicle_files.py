@@ -15,7 +15,7 @@ from bayesub.model import actuator_files
 from bayesub.model.actuator_files import ActuatorArray, ActuatorsSection, DisplacementSection, Vector3
 from bayesub.model.equations import EquationSet
 from bayesub.model.equations.files import DEFAULT
-from bayesub.model.propulsion import AnyPropulsion, MeasuredSection
+from bayesub.model.propulsion import AnyPropulsion, MeasuredSection, NoPropulsionSection
 
 
 class TrialSpeedSection(Section):
@@ -177,6 +177,10 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
     if equations.has_crossflow and file.hull is None:
         message = f"hull: is missing; the equations '{equations.name}' integrate the cross-flow along it"
         raise InputError(message, "missing", "hull")
+    turned = [t.name for t in equations.terms if t.symbols & {"uc", "duc"} and file.coefficients[t.name].value]
+    if turned and isinstance(file.propulsion, NoPropulsionSection) and file.propulsion.rpm is None:
+        text = f"propulsion: rpm is missing, the propeller speed at the speed of trials; {turned[0]} has a term of it"
+        raise InputError(text, "missing", "propulsion.rpm")
     if isinstance(file.propulsion, MeasuredSection) and isinstance(file.actuators, tuple):
         taken = {one.header for one in file.actuators} & set(MeasuredSection.COLUMNS)
         if taken:

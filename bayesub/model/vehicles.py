@@ -132,7 +132,8 @@ class Vehicle(Displayed):
         limits = dict.fromkeys((name for name in _SPEEDS if name in log), most)
         if "rpm" in log and "rpm" in self.inputs and "rpm" not in self.actuators.shorts:
             limits["rpm"] = most * self.rpm_per_mps
-            drives = any(a.force[0] or a.force_of_square[0] or a.force_of_speed[0] for a in self.actuators.members)
+            pushes = (a.force[0] or a.force_of_square[0] or a.force_of_speed[0] for a in self.actuators.members)
+            drives = any(pushes) or any(a.unit == "mps" for a in self.actuators.members)  # the wind
             if not drives and not np.nan_to_num(log["rpm"]).any() and not _loses_speed(log):
                 message = f"{source}: column 'rpm': is 0 in all rows, nothing else drives '{self.name}', and no column "
                 remedy = "shows that it loses speed; log it, or delete the column, which is self-propulsion"

@@ -143,7 +143,7 @@ def test_a_new_vehicle_has_the_coefficients_of_its_set(bayesub, tmp_path, name):
         scale = term.scale.replace("U", "V") if boat.equations.speed == "instantaneous" else term.scale
         assert (f"unit {term.unit}" if term.unit else f"# {scale} ") in line
     assert ("[hull]" in text) == boat.equations.has_crossflow
-    assert ('model = "none"' in text) == (name == "abkowitz")
+    assert ('model = "none"' in text) == (name in ("abkowitz", "mmg"))
 
 
 def test_a_geometry_gives_the_stations_of_its_hull(bayesub):

@@ -17,7 +17,7 @@ from bayesub.model.equations.generate import source
 SETS = [
     (name, plane, external)
     for name in toml_files.built_in("equations")
-    for plane in (["horizontal"] if name == "abkowitz" else [None, "horizontal", "vertical"])
+    for plane in (["horizontal"] if name in ("abkowitz", "mmg") else [None, "horizontal", "vertical"])
     for external in (False, True)
 ]
 compiled_only = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")

@@ -55,8 +55,8 @@ class Control:
 
     @property
     def dimension(self) -> tuple[int, int]:
-        """Powers of metres and seconds: those of revolutions; an angle has none."""
-        return (0, -1) if self.column.endswith("rpm") else (0, 0)
+        """Powers of metres and seconds: those of a speed and of revolutions; an angle has none."""
+        return (int(self.column.endswith("_mps")), -int(self.column.endswith(("_mps", "rpm"))))
 
 
 @dataclass(frozen=True)

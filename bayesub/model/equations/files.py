@@ -17,13 +17,13 @@ from bayesub.io.errors import InputError, error_source
 from bayesub.io.toml_files import Section
 from bayesub.io.words import LABEL, UNIT
 from bayesub.kernels import workspace
-from bayesub.logs.log_files import ACCELERATIONS, STATES, VELOCITIES
+from bayesub.logs.log_files import ACCELERATIONS, COLUMNS, CONTROL_COLUMNS, STATES, VELOCITIES
 from bayesub.model.equations.equation_set import AXES, Control, EquationSet, Term
 from bayesub.model.equations.regressors import SYMBOLS, Factor, Regressor, parse
 
 DEFAULT = "booth"
 SET_NAME = "[A-Za-z][A-Za-z0-9_-]*"  # what a set may be called
-UNITS = ("deg", "n", "rpm")  # of controls: an angle, a force in newton, revolutions a minute
+UNITS = ("deg", "n", "mps", "rpm")  # of controls: an angle, a force in newton, a speed, revolutions a minute
 MAX_TERMS = 200  # of an axis
 _N_SAMPLES = 2 * MAX_TERMS  # random motions on which terms are compared
 _MAX_POWER = 50  # of length and speed, beyond those of any product that can be written
@@ -104,7 +104,10 @@ class EquationFile(Section):
                 raise ValueError(f"'{symbol}' cannot name a control; choose another symbol, such as dr")
             unit = "rpm" if column == "rpm" else column.rpartition("_")[2]
             if not _NAME.fullmatch(column) or unit not in UNITS or column == unit != "rpm":
-                raise ValueError(f"{symbol}: '{column}' is no column of a log: end it with _deg or _n, or write rpm")
+                what = f"{symbol}: '{column}' is no column of a log"
+                raise ValueError(f"{what}: end it with _deg, _n or _mps, or write rpm")
+            if column in COLUMNS and column not in CONTROL_COLUMNS:
+                raise ValueError(f"{symbol}: '{column}' is that of the motion of the boat; choose another")
         if len(set(controls.values())) < len(controls):
             raise ValueError("two controls have the same column")
         return controls

@@ -186,6 +186,7 @@ def _words(equations: EquationSet) -> dict:
             (term.name for term in equations.terms if term.axis == "Y" and "v" in term.symbols), equations.names[0]
         ),
         "drag": f"-{drag[0]}" if len(drag) == len(ahead) == 1 else "d",
+        "turning": "uc" in symbols or "duc" in symbols,
         "own_thrust": any(term.symbols & {"du", "uc", "duc"} for term in ahead),
     }
 
@@ -198,7 +199,7 @@ def _speed(equations: EquationSet) -> str:
 def _controls(equations: EquationSet) -> list[str]:
     """The controls in words, those of one unit together: ``dr ds rudder and stern plane in rad``."""
     texts = []
-    for suffix, unit in (("_deg", "rad"), ("_n", "N"), ("rpm", "revolutions per minute")):
+    for suffix, unit in (("_deg", "rad"), ("_n", "N"), ("_mps", "m/s"), ("rpm", "revolutions per minute")):
         controls = [control for control in equations.controls if control.column.endswith(suffix)]
         names = [control.column.removesuffix(suffix).replace("_", " ") or "propeller" for control in controls]
         if controls:

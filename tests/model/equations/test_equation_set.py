@@ -247,7 +247,7 @@ def test_three_degrees_of_freedom_are_the_horizontal_plane(tmp_path):
         ship.subproblem("vertical")
 
 
-@pytest.mark.parametrize("name", ["booth", "remus", "abkowitz", "feldman", "glider"])
+@pytest.mark.parametrize("name", ["booth", "remus", "abkowitz", "feldman", "glider", "mmg"])
 def test_a_coefficient_in_its_unit_makes_a_force_or_a_moment(name):
     """The unit of coefficient times factor, against the check of the units of files; a metre more is refused."""
     equations = load_equations(name)
