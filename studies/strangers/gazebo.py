@@ -1,9 +1,10 @@
 """A vehicle with a main and a stern thruster under the hydrodynamics of gz-sim, with steps of a millisecond.
 
-The forces are those of its system Hydrodynamics (Fossen 2011 for the matrices): linear and quadratic damping, Coriolis terms of the diagonal added
-mass, and the added mass itself by the difference of the last two velocities, one step late. The physics then moves the
-body by semi-implicit Euler steps. With the negative added masses that its manual asks for, the program adds the
-product of the Coriolis matrix and the velocity where Fossen subtracts it, so that these terms have the other sign; here they have the sign of the program.
+The forces are those of its system Hydrodynamics, with the matrices of Fossen (2011): linear and quadratic damping,
+Coriolis terms of the diagonal added mass, and the added mass itself by the difference of the last two velocities, one
+step late. The physics then moves the body by semi-implicit Euler steps. With the negative added masses that its manual
+asks for, the program adds the product of the Coriolis matrix and the velocity where Fossen subtracts it, so that these
+terms have the other sign (commit 93bbf3e); here they have the sign of the program.
 
 Numbers are those of gz-sim's example of the LRAUV (auv_controls.sdf); its linear damping is zero, and here assumed.
 Conventions of the log: as of ROS, x east and y north, axes forward, to port and up, yaw from east to north, forces of
@@ -44,6 +45,15 @@ ABSENT = ("xU", "yV", "nR")
 REMOVED = ("Xu", "Yv", "Nr")
 
 
+def water(p: dict[str, float], ahead: float, port: float, turn: float) -> tuple[float, float, float]:
+    """Damping and Coriolis forces and moment, N and N m, in axes forward, to port and up, of velocities there."""
+    return (
+        (p["xU"] + p["xUabsU"] * abs(ahead)) * ahead + p["yDotV"] * port * turn,
+        (p["yV"] + p["yVabsV"] * abs(port)) * port - p["xDotU"] * ahead * turn,
+        (p["nR"] + p["nRabsR"] * abs(turn)) * turn + (p["xDotU"] - p["yDotV"]) * ahead * port,
+    )
+
+
 def fly(p: dict[str, float], run: str) -> dict[str, np.ndarray]:
     """Columns of the log of a run, "fitted" or "unseen", without noise: a row every tenth of a second."""
     east, north, yaw, ahead, port, turn = 0.0, 0.0, 0.0, SPEED, 0.0, 0.0
@@ -56,10 +66,10 @@ def fly(p: dict[str, float], run: str) -> dict[str, np.ndarray]:
             rows.append((k * STEP_S, east, north, yaw, ahead, port, turn, main, stern))
         rates = [(new - old) / STEP_S for new, old in zip((ahead, port, turn), before, strict=True)]
         before = ahead, port, turn
-        x = (p["xU"] + p["xUabsU"] * abs(ahead)) * ahead + p["xDotU"] * rates[0] + p["yDotV"] * port * turn + main
-        y = (p["yV"] + p["yVabsV"] * abs(port)) * port + p["yDotV"] * rates[1] - p["xDotU"] * ahead * turn + stern
-        n = (p["nR"] + p["nRabsR"] * abs(turn)) * turn + p["nDotR"] * rates[2] + STERN_X * stern
-        n += (p["xDotU"] - p["yDotV"]) * ahead * port
+        x, y, n = water(p, ahead, port, turn)
+        x += p["xDotU"] * rates[0] + main
+        y += p["yDotV"] * rates[1] + stern
+        n += p["nDotR"] * rates[2] + STERN_X * stern
         ahead, port, turn = (
             ahead + STEP_S * (x / MASS + turn * port),
             port + STEP_S * (y / MASS - turn * ahead),

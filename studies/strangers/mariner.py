@@ -1,8 +1,8 @@
 """A Mariner class cargo ship as mariner.m of the MSS toolbox sails it, by Euler's method with a step of 0.1 s.
 
-The equations are those of Chislett & Strom-Tejsen (1965), made non-dimensional by the speed of the moment; u is the change of the
-surge speed from 15 knots. Conventions of the log: SI units and radians, the rudder as the toolbox plots it, in degrees
-and positive to starboard.
+The equations are those of Chislett & Strom-Tejsen (1965), made non-dimensional by the speed of the moment; u is the
+change of the surge speed from 15 knots. Conventions of the log: SI units and radians, the rudder as the toolbox plots
+it, in degrees and positive to starboard.
 """
 
 import math

@@ -1,13 +1,14 @@
 """A tanker model with one propeller and one rudder by the MMG standard method, with Runge-Kutta steps of 0.1 s.
 
-The equations and the numbers of KVLCC2, the model of 7 m, are those of Yasukawa & Yoshimura (2015); a program such as mmg-1p1r has
-the same parts: hull, propeller with a wake that changes with drift and turning, rudder in the slipstream with flow
-straightening. Rudder and revolutions are held over a step. Conventions of the log: SI units and radians, revolutions a
+The equations and the numbers of KVLCC2, the model of 7 m, are those of Yasukawa & Yoshimura (2015); a program such as
+mmg-1p1r has the same parts: hull, propeller with a wake that changes with drift and turning, rudder in the slipstream
+with flow straightening. Rudder and revolutions are held over a step. Conventions of the log: SI units and radians, revolutions a
 second, the rudder positive to starboard, velocities amidships, and the forces on propeller and rudder that the program
 computes, as a model with balances on shaft and stock measures them.
 
 bayesub has no flow at the rudder. With the measured forces as inputs every other part is a term: the derivatives of the
-hull, added masses, thrust deduction, and the shares of the rudder force that act on the ship. With the rudder angle alone the equations differ.
+hull, added masses, thrust deduction, and the shares of the rudder force that act on the ship. With the rudder angle
+alone the equations differ.
 """
 
 import math
@@ -95,7 +96,8 @@ def turns_of(p: dict[str, float]) -> float:
     resistance = -hull(p, SPEED, 0.0, 0.0)[0]
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if p["thrust"] * propeller(SPEED, 0.0, 0.0, middle)[0] < resistance else (low, middle)
+        pushed = p["thrust"] * propeller(SPEED, 0.0, 0.0, middle)[0]
+        low, high = (middle, high) if pushed < resistance else (low, middle)
     return low
 
 
@@ -145,7 +147,7 @@ def fly(p: dict[str, float], run: str) -> dict[str, np.ndarray]:
 
 
 def counterparts(p: dict[str, float]) -> dict[str, float]:
-    """Coefficient of bayesub -> value: the lateral area L d is L^2 there, and added masses have their Coriolis terms."""
+    """Coefficient of bayesub -> value: L d is L^2 there, and added masses have their Coriolis terms."""
     ratio = DRAUGHT / LENGTH
     hull_terms = {name: ratio * p[f"{name[0]}_{name[1:]}"] for name in ("Xvv", "Xrr", "Xvvvv")}
     hull_terms |= {a + name: ratio * p[f"{a}_{name}"] for a in "YN" for name in ("v", "r", "vvv", "vvr", "vrr", "rrr")}

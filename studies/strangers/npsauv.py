@@ -1,7 +1,8 @@
 """The NPS AUV II as npsauv.m of the MSS toolbox steers it, by Euler's method with a step of 0.05 s, at constant depth.
 
-The equations are those of Healey & Lienard (1993) with the cross-flow drag as the toolbox adds it up, over eleven strips. All of them are written
-out in the horizontal plane; heave, roll and pitch are held at zero, as on a captive model. Conventions of the log: SI
+The equations are those of Healey & Lienard (1993) with the cross-flow drag as the toolbox adds it up, over eleven
+strips. They are written out in the horizontal plane; heave, roll and pitch are held at zero, as on a captive model.
+Conventions of the log: SI
 units and radians, the propeller in revolutions a minute.
 """
 
@@ -41,7 +42,7 @@ _OURS |= {"Nv": "Nuv", "Nr": "Nur", "Ndr": "Nuu_dr", "Cdn": "Ncrossflow"}
 
 
 def forces(p: dict[str, float], u: float, v: float, r: float, d: float, revolutions: float) -> np.ndarray:
-    """(3,) X, Y and N of the water, N and N m, at velocities in m/s and rad/s, a rudder in rad and a propeller in rpm."""
+    """(3,) X, Y and N, N and N m, at velocities in m/s and rad/s, a rudder in rad and a propeller in rpm."""
     r2, r3, r4 = (0.5 * DENSITY * LENGTH**k for k in (2, 3, 4))
     thrust = THRUST * (PITCH * revolutions * math.pi / 30.0) ** 2
     x = r2 * (thrust - p["Cd0"] * u * u + p["Xvv"] * v * v + p["Xdrdr"] * u * u * d * d)

@@ -16,8 +16,8 @@ def summary(boats: list[dict], title: str, equations: str, removed: tuple[str, .
     """Shares and errors of a row, as JSON types; the error of a share is that of the mean over boats."""
     shares = {level: [float(np.mean(boat["held"][level])) for boat in boats] for level in boats[0]["held"]}
     paths = {key: [boat[key] for boat in boats] for key in ("path_percent", "guess_path_percent")}
-    named_by = [[names for one in boat["followed"] for names in [set(one)]] for boat in boats if "followed" in boat]
-    trials = {}
+    searched = [boat["followed"] for boat in boats if "followed" in boat]
+    trials: dict[str, list[bool]] = {}
     for boat in boats:
         for name, held in zip(boat["names"], boat["held"][LEVEL], strict=True):
             trials.setdefault(name, []).append(held)
@@ -37,10 +37,10 @@ def summary(boats: list[dict], title: str, equations: str, removed: tuple[str, .
         "called_wrong": sum(not boat["fits"] for boat in boats),
         "chi_square": float(np.median([boat["chi_square"] for boat in boats])),
         "size": float(np.median([boat["size"] for boat in boats])) if removed else None,
-        "n_searched": len(named_by),
-        "n_named": sum(any(names & set(removed) for names in found) for found in named_by),
-        "n_named_any": sum(bool(found) for found in named_by),
-        "first_named": [sorted(found[0]) if found else [] for found in named_by],
+        "n_searched": len(searched),
+        "n_named": sum(any(set(names) & set(removed) for names in found) for found in searched),
+        "n_named_any": sum(bool(found) for found in searched),
+        "first_named": [found[0] if found else [] for found in searched],
         "path_percent": quartiles(paths["path_percent"]),
         "guess_path_percent": quartiles(paths["guess_path_percent"]),
         "paths_percent": paths["path_percent"],
@@ -60,30 +60,30 @@ def quartiles(values: list[float | None]) -> dict[str, float | None]:
 
 def page(rows: dict[str, dict]) -> Iterator[str]:
     """A row for each simulator, with the terms of its equations and without some of them."""
-    yield "Boats whose parameters have an sd of a fifth about the published ones; the prior is as wide. Share of coefficients"
-    yield "in their 50 and 90 % intervals, with the standard error over boats; median posterior sd over prior sd; boats of"
-    yield "which the model check says that the equations do not fit, and the median of their largest chi-square per reading"
-    yield "of a channel; largest distance from the true track of a run that was not fitted, % of its path, median (largest),"
-    yield "of the posterior mean and of the guess.\n"
+    yield "Boats whose parameters have an sd of a fifth about the published ones; the prior is as wide. Share of"
+    yield "coefficients in their 50 and 90 % intervals, with the standard error over boats; median posterior sd over prior"
+    yield "sd; boats of which the model check says that the equations do not fit, and the median of their largest"
+    yield "chi-square per reading of a channel; boats whose unmodelled forces name a term; largest distance from the true"
+    yield "track of a run that was not fitted, % of its path, median (largest), of the posterior mean and of the guess.\n"
     cells = {
         "simulator": lambda r: r["title"],
         "terms": lambda r: f"{r['equations']}" + (f" without {', '.join(r['removed'])}" if r["removed"] else ""),
         "boats": lambda r: str(r["n_boats"]),
         "coefficients": lambda r: f"{r['n_trials']}",
         "50 %": lambda r: f"{r['coverage']['50%']:.0%}",
-        "90 %": lambda r: f"{r['coverage'][LEVEL]:.1%}" + (f" ± {r['coverage_error']:.1%}" if r["coverage_error"] else ""),
+        "90 %": lambda r: f"{r['coverage'][LEVEL]:.1%} ± {r['coverage_error'] or 0.0:.1%}",
         "sd": lambda r: f"{r['sd']:.2f}",
         "called wrong": lambda r: f"{r['called_wrong']} of {r['n_boats']}",
         "chi-square": lambda r: f"{r['chi_square']:.3g}",
-        "term named": lambda r: f"{r['n_named' if r['removed'] else 'n_named_any']} of {r['n_searched']}" if r["n_searched"] else "",
+        "term named": lambda r: f"{r['n_named' if r['removed'] else 'n_named_any']} of {r['n_searched']}",
         "path error": lambda r: spread(r["path_percent"]),
         "of the guess": lambda r: spread(r["guess_path_percent"]),
         "not converged": lambda r: str(r["n_not_converged"]),
         "drawn again": lambda r: str(r["boats_drawn_again"]),
     }
     yield from columns(named(rows), cells)
-    yield "\nWhere terms are left out, they move the readings by so many sds of their noise (root mean square, all else the"
-    yield "same), and unmodelled forces follow these terms first, boat by boat:\n"
+    yield "\nWhere terms are left out, they move the readings by so many sds of their noise (root mean square, all else"
+    yield "the same), and unmodelled forces follow these terms first, boat by boat:\n"
     for row in rows.values():
         if row["removed"]:
             firsts = "; ".join(" = ".join(names) or "none" for names in row["first_named"])
