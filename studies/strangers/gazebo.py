@@ -21,6 +21,7 @@ from strangers import steps
 NAME, TITLE, EQUATIONS = "gazebo", "gz-sim, Hydrodynamics", "own terms"
 MASS, INERTIA = 147.8671, 41.980233  # kg, kg m^2
 STERN_X = -0.8  # of the stern thruster, m
+LAG = 0.3  # of the thrusters, s; assumed
 SPEED = 0.9
 STEP_S, ROW_S = 0.001, 0.1
 SECONDS = {"fitted": 240.0, "unseen": 180.0}
@@ -59,11 +60,11 @@ def fly(p: dict[str, float], run: str) -> dict[str, np.ndarray]:
     east, north, yaw, ahead, port, turn = 0.0, 0.0, 0.0, SPEED, 0.0, 0.0
     before = ahead, port, turn
     rows, every = [], round(ROW_S / STEP_S)
-    main, stern = 0.0, 0.0
+    main, stern = MAIN[run][0][1], 0.0
     for k in range(round(SECONDS[run] / STEP_S) + 1):
         if k % every == 0:
-            main, stern = (steps.held(orders[run], k * STEP_S + 1e-9) for orders in (MAIN, STERN))
             rows.append((k * STEP_S, east, north, yaw, ahead, port, turn, main, stern))
+            orders = [steps.held(of[run], k * STEP_S + 1e-9) for of in (MAIN, STERN)]
         rates = [(new - old) / STEP_S for new, old in zip((ahead, port, turn), before, strict=True)]
         before = ahead, port, turn
         x, y, n = water(p, ahead, port, turn)
@@ -75,6 +76,7 @@ def fly(p: dict[str, float], run: str) -> dict[str, np.ndarray]:
             port + STEP_S * (y / MASS - turn * ahead),
             turn + STEP_S * n / INERTIA,
         )
+        main, stern = main + STEP_S * (orders[0] - main) / LAG, stern + STEP_S * (orders[1] - stern) / LAG
         cos, sin = math.cos(yaw), math.sin(yaw)
         east += STEP_S * (ahead * cos - port * sin)
         north += STEP_S * (ahead * sin + port * cos)

@@ -2,8 +2,8 @@
 
 The equations and the numbers of KVLCC2, the model of 7 m, are those of Yasukawa & Yoshimura (2015); a program such as
 mmg-1p1r has the same parts: hull, propeller with a wake that changes with drift and turning, rudder in the slipstream
-with flow straightening. Rudder and revolutions are held over a step. Conventions of the log: SI units and radians, revolutions a
-second, the rudder positive to starboard, velocities amidships, and the forces on propeller and rudder that the program
+with flow straightening. The rudder moves linearly over a step. Conventions of the log: SI units and radians,
+revolutions a second, the rudder positive to starboard, velocities amidships, and the forces on propeller and rudder that the program
 computes, as a model with balances on shaft and stock measures them.
 
 bayesub has no flow at the rudder. With the measured forces as inputs every other part is a term: the derivatives of the
@@ -27,7 +27,7 @@ RUDDER_AREA, RUDDER_HEIGHT, GRADIENT = 0.0539, 0.345, 2.747  # m^2, m, slope of 
 RUDDER_X = -0.5 * LENGTH
 RATE, LIMIT = math.radians(15.8), math.radians(35.0)
 SPEED = 1.179
-STEP_S, ROW_S = 0.1, 0.2
+STEP_S, ROW_S = 0.1, 0.1
 SECONDS = {"fitted": 320.0, "unseen": 240.0}
 DEGREES = {  # positive to starboard
     "fitted": ((10.0, 10.0), (40.0, -20.0), (90.0, 20.0), (140.0, -35.0), (200.0, 35.0), (260.0, -10.0)),
@@ -102,7 +102,7 @@ def turns_of(p: dict[str, float]) -> float:
 
 
 def fly(p: dict[str, float], run: str) -> dict[str, np.ndarray]:
-    """Columns of the log of a run, "fitted" or "unseen", without noise: a row every fifth of a second."""
+    """Columns of the log of a run, "fitted" or "unseen", without noise: a row every tenth of a second."""
     unit = 0.5 * DENSITY * LENGTH**2 * DRAUGHT
     mx, my, jz = unit * p["m_x"], unit * p["m_y"], unit * LENGTH**2 * p["J_z"]
     matrix = np.array([[MASS + my, XG * MASS], [XG * MASS, INERTIA + XG**2 * MASS + jz]])
@@ -133,15 +133,15 @@ def fly(p: dict[str, float], run: str) -> dict[str, np.ndarray]:
         if k % every == 0:
             x, y, psi, u, v, r = state
             rows.append((k * STEP_S, x, u, y, v, psi, r, turns, d, *loads(u, v, r, d)))
+        order = max(-LIMIT, min(LIMIT, math.radians(steps.held(DEGREES[run], k * STEP_S))))
+        after = d + max(-RATE * STEP_S, min(RATE * STEP_S, order - d))
+        middle = 0.5 * (d + after)
         k1 = slopes(state, d)
-        k2 = slopes(moved(state, k1, STEP_S / 2), d)
-        k3 = slopes(moved(state, k2, STEP_S / 2), d)
-        k4 = slopes(moved(state, k3, STEP_S), d)
+        k2 = slopes(moved(state, k1, STEP_S / 2), middle)
+        k3 = slopes(moved(state, k2, STEP_S / 2), middle)
+        k4 = slopes(moved(state, k3, STEP_S), after)
         mean = tuple((s1 + 2 * s2 + 2 * s3 + s4) / 6 for s1, s2, s3, s4 in zip(k1, k2, k3, k4, strict=True))
-        state = moved(state, mean, STEP_S)
-        order = math.radians(steps.held(DEGREES[run], k * STEP_S))
-        order = max(-LIMIT, min(LIMIT, order))
-        d += max(-RATE * STEP_S, min(RATE * STEP_S, order - d))
+        state, d = moved(state, mean, STEP_S), after
     names = "time x_position u_velo y_position vm_velo psi r_angvelo n_prop delta_rudder thrust rudder_drag rudder_side"
     return steps.columns(names, rows)
 

@@ -61,10 +61,12 @@ def quartiles(values: list[float | None]) -> dict[str, float | None]:
 def page(rows: dict[str, dict]) -> Iterator[str]:
     """A row for each simulator, with the terms of its equations and without some of them."""
     yield "Boats whose parameters have an sd of a fifth about the published ones; the prior is as wide. Share of"
-    yield "coefficients in their 50 and 90 % intervals, with the standard error over boats; median posterior sd over prior"
-    yield "sd; boats of which the model check says that the equations do not fit, and the median of their largest"
-    yield "chi-square per reading of a channel; boats whose unmodelled forces name a term; largest distance from the true"
-    yield "track of a run that was not fitted, % of its path, median (largest), of the posterior mean and of the guess.\n"
+    yield "coefficients in their 50 and 90 % intervals, with the standard error over boats; median posterior sd over"
+    yield "prior sd; boats of which the model check says that the equations do not fit, and the median of their largest"
+    yield "chi-square per reading of a channel, at the posterior mean; boats whose unmodelled forces name a missing term"
+    yield "(where none is missing, any); largest distance from the true track of a run that was not fitted, % of its"
+    yield "path, median (largest), of the posterior mean and of the guess. Without terms the posterior is the normal"
+    yield "approximation about its mode.\n"
     cells = {
         "simulator": lambda r: r["title"],
         "terms": lambda r: f"{r['equations']}" + (f" without {', '.join(r['removed'])}" if r["removed"] else ""),
@@ -106,7 +108,6 @@ def claims(rows: dict[str, dict]) -> Iterator[tuple[bool, str]]:
             yield path is not None and path <= PATH_PERCENT, f"{name}: an unseen run is missed by {path} % of its path"
         elif row["chi_square"] > LARGE:
             yield row["called_wrong"] == row["n_boats"], f"{name}: {row['called_wrong']} boats are called wrong"
-            yield row["n_named"] == row["n_boats"], f"{name}: of {row['n_named']} boats the term is named"
 
 
-LARGE = 1.2  # chi-square per reading of the worst channel, from which a difference exceeds the noise
+LARGE = 1.5  # chi-square per reading of the worst channel, from which a difference exceeds the noise

@@ -14,7 +14,7 @@ import bayesub as bs
 from bayesub.findings import missing_terms
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.fit import criticise
-from bayesub.inference.sampling.histories import marginal_mode
+from bayesub.inference.sampling.histories import marginal_mode, with_process
 from bayesub.logs import conversion, log_files, readers
 from bayesub.logs.log_map import read_map
 from bayesub.model.disturbance import hull_force_rms
@@ -27,9 +27,9 @@ FOLDER = Path(__file__).parent
 PRIOR_SD = 0.2  # of coefficients, relative; boats are drawn from it
 LEVELS = (0.5, 0.9)
 RUNS = ("fitted", "unseen")
-N_CHECKED, N_SCORED = 50, 60  # draws for the model check, and for the scores of missing terms
+N_DRAWS, N_CHECKED, N_SCORED = 2000, 50, 60  # of an approximation, for the model check, for missing terms
 FORCES = "XYN"  # axes on which unmodelled forces are inferred to find a missing term
-SHARE, LENGTHS = 0.05, 2.0  # their sd, of the hull's forces; their correlation time, in ship lengths travelled
+SHARE, LOG_SD, LENGTHS = 0.05, 1.5, 2.0  # prior of their sd, of the hull's forces; correlation time, in ship lengths
 
 
 def write(module: ModuleType, folder: Path, rng: np.random.Generator, *, lacking: bool) -> int:
@@ -99,39 +99,63 @@ def converted(module: ModuleType, source: Path) -> Path:
 
 
 @dataclass(frozen=True)
+class Approximation:
+    """The normal approximation about the posterior mode, in the words of a posterior."""
+
+    mean: np.ndarray  # (n_params,)
+    sd: np.ndarray  # (n_params,)
+    draws: np.ndarray  # (n_draws, n_params)
+    converged: bool  # whether the search did
+    seconds: float
+
+
+@dataclass(frozen=True)
 class Fit:
     """What is made of the logs of a boat."""
 
     problem: bs.Problem
-    posterior: bs.Posterior
+    posterior: bs.Posterior | Approximation
     check: dict  # whether the residuals look like the noise, as JSON types
     unseen: bs.Manoeuvre  # what the log of the unseen run orders, from the documented start
 
 
 def fit(module: ModuleType, logs: Path, rng: np.random.Generator, *, lacking: bool, **options) -> Fit:
-    """The posterior of the first log, without what is in any other folder; `options` are of :func:`bayesub.sample`."""
+    """The posterior of the first log, without what is in any other folder; `options` are of :func:`bayesub.sample`.
+
+    Where terms are lacking the model check is of the normal approximation: a posterior of a wrong model is not used.
+    """
     boat = module.vehicle(logs, lacking=lacking)
     sensors = [bs.sensors.Sensor(column, sd=sd) for column, sd in module.SENSORS.items()]
     trial = read_trial(converted(module, logs / "fitted.csv"), boat, sensors, subproblem="horizontal", nuisance={})
     given = {"free": boat.equations.names, "prior": bs.priors.relative_normal(PRIOR_SD), "nuisance": trial.nuisance}
     problem = bs.Problem(boat, trial.manoeuvre, trial.record, **given)
-    posterior = bs.sample(problem, rng=rng, **options)
+    posterior = approximated(problem, rng) if lacking else bs.sample(problem, rng=rng, **options)
     start = {"subproblem": "horizontal", "nuisance": module.START}
     unseen = read_trial(converted(module, logs / "unseen.csv"), boat, sensors, **start)
     return Fit(problem, posterior, checked(problem, posterior, rng), unseen.manoeuvre)
 
 
-def checked(problem: bs.Problem, posterior: bs.Posterior, rng: np.random.Generator) -> dict:
+def approximated(problem: bs.Problem, rng: np.random.Generator) -> Approximation:
+    """The normal approximation about the mode."""
+    mode = bs.baselines.posterior_mode(problem, rng=rng)
+    assert mode.covariance is not None
+    draws = rng.multivariate_normal(mode.values, mode.covariance, N_DRAWS, method="eigh")
+    sd, found = np.sqrt(np.diag(mode.covariance)), mode.statuses[0].startswith("converged")
+    return Approximation(mode.values, sd, draws, found, mode.seconds)
+
+
+def checked(problem: bs.Problem, posterior: bs.Posterior | Approximation, rng: np.random.Generator) -> dict:
     """Whether the model fits, what is wrong by channel, and the largest chi-square per reading of a channel."""
     draws = posterior.draws[rng.choice(len(posterior.draws), N_CHECKED)]
     times = {name: channel.times for name, (channel, _) in problem.channels.items()}
     criticism = criticise(problem.quantile_residuals(draws, rng), times)
     faults = {name: list(check.faults) for name, check in criticism.suspects.items()}
-    squares = max(check.chi_square_per_reading for check in criticism.checks.values())
+    at_mean = problem.quantile_residuals(posterior.mean[None], rng)
+    squares = max(np.mean(residuals**2) for residuals in at_mean.values())
     return {"fits": criticism.fits, "faults": faults, "chi_square": float(squares)}
 
 
-def followed(problem: bs.Problem, posterior: bs.Posterior, rng: np.random.Generator) -> list[list[str]]:
+def followed(problem: bs.Problem, posterior: bs.Posterior | Approximation, rng: np.random.Generator) -> list[list[str]]:
     """Terms that unmodelled forces follow, the clearest first, each with those that the motion cannot distinguish.
 
     A name is that of the coefficient, or axis and regressor of a term that the axis has not. The draws are those of
@@ -139,16 +163,19 @@ def followed(problem: bs.Problem, posterior: bs.Posterior, rng: np.random.Genera
     """
     boat, manoeuvre = problem.vehicle, problem.manoeuvre
     rms = hull_force_rms([Simulator(boat, manoeuvre, [manoeuvre.duration])])[[AXES.index(axis) for axis in FORCES]]
-    sds = dict(zip(FORCES, SHARE * rms / force_scales(boat, tuple(FORCES)), strict=True))
-    unknown = bs.UnknownDisturbance(tuple(FORCES), sds, LENGTHS * boat.length_m / boat.speed_mps)
+    sds = SHARE * rms / force_scales(boat, tuple(FORCES))
+    spread = {axis: bs.priors.log_normal(float(sd), LOG_SD) for axis, sd in zip(FORCES, sds, strict=True)}
+    unknown = bs.UnknownDisturbance(tuple(FORCES), spread, LENGTHS * boat.length_m / boat.speed_mps)
     given = {"free": boat.equations.names, "prior": problem.spread, "nuisance": problem.nuisance_priors}
     posed = bs.Problem(boat, manoeuvre, problem.record, dt=problem.simulator.step, disturbance=unknown, **given)
-    begin = posed.prior.parameters(np.zeros(posed.n_params))
+    known = posed.with_wide_process()
+    begin = known.prior.parameters(np.zeros(known.n_params))
     begin[: posterior.mean.size] = posterior.mean
-    marginal, _ = marginal_mode(posed, gauss_newton(posed, begin).values)
-    estimate = gauss_newton(marginal)
-    spread = np.linalg.cholesky(estimate.covariance)
-    others = estimate.values + rng.standard_normal((N_SCORED, marginal.n_params)) @ spread.T
+    marginal, mode = marginal_mode(posed, with_process(posed, gauss_newton(known, begin)))
+    centre = marginal.prior.scaled(mode)
+    jacobian = marginal.prior.scaled_chain(marginal.jacobian(mode), centre)
+    lower = np.linalg.cholesky(np.linalg.inv(jacobian.T @ jacobian + np.eye(len(centre))))
+    others = marginal.prior.unscaled(centre + rng.standard_normal((N_SCORED, len(centre))) @ lower.T)
     _, draws = marginal.density(posed, others, rng.standard_normal((N_SCORED, len(marginal.white))))
     found = missing_terms.find_followed(missing_terms.scores(posed, draws[np.isfinite(draws).all(axis=1)]))
     return [[c.term.name if c.term else f"{c.axis}: {c.regressor}" for c in one.candidates] for one in found]

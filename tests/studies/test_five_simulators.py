@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from support import mariner as twin
 
+import bayesub as bs
 from bayesub.io import toml_files
 from bayesub.logs import log_files, readers
 from bayesub.logs.log_map import read_map
 from bayesub.model.simulator import Simulator
 from bayesub.study.schema.trial_log import read_trial
 from strangers import gazebo, mariner, mmg, npsauv, remus, tables, trials
-
-import bayesub as bs
 
 ALL = (mariner, npsauv, remus, gazebo, mmg)
 BUILT_IN = (mariner, npsauv)
@@ -117,7 +116,7 @@ def test_guess_is_the_published_boat(module, tmp_path):
 
 # Largest difference of a reading from our flight of the truth, over its noise: Euler's steps, and at sea what six
 # degrees of freedom do in the plane. With steps a tenth as long.
-OFF = {mariner: 1.0, npsauv: 1.0, remus: 3.0, gazebo: 0.2, mmg: 0.2}
+OFF = {mariner: 1.0, npsauv: 3.0, remus: 3.0, gazebo: 0.2, mmg: 0.2}
 
 
 @pytest.mark.parametrize("module", ALL, ids=NAMES.get)
@@ -136,7 +135,7 @@ def test_truth_in_our_equations_reproduces_the_log(module, tmp_path, monkeypatch
     xi = boat.xi.copy()
     xi[boat.equations.columns(truth)] = list(truth.values())
     for channel in trial.record.channels:
-        simulator = Simulator(boat, trial.manoeuvre, channel.times, dt=0.05)
+        simulator = Simulator(boat, trial.manoeuvre, channel.times, dt=0.02)
         states, (code,) = simulator.run(xi[None])
         assert code == 0
         values = states[0][:, log_files.STATES.index(channel.state)]
@@ -184,7 +183,7 @@ def test_terms_that_are_left_out_are_held_at_zero(tmp_path):
 def row(**changes):
     """Numbers of a row as the study has them."""
     one = {"n_trials": 200, "removed": [], "coverage": {"90%": 0.9}, "path_percent": {"median": 0.3}}
-    return one | {"chi_square": 1.0, "n_boats": 5, "called_wrong": 0, "n_named": 0} | changes
+    return one | {"chi_square": 1.0, "n_boats": 5, "called_wrong": 0} | changes
 
 
 def failed(**changes):
@@ -198,8 +197,8 @@ def test_claims_are_those_of_the_study():
     assert failed(path_percent={"median": 1.2})
     assert failed(path_percent={"median": None})
     assert not failed(removed=["Nr"], coverage={"90%": 0.2})  # what is left does not exceed the noise
-    assert not failed(removed=["Nr"], chi_square=2.0, called_wrong=5, n_named=5)
-    assert len(failed(removed=["Nr"], chi_square=2.0, called_wrong=4, n_named=4)) == 2
+    assert not failed(removed=["Nr"], chi_square=2.0, called_wrong=5)
+    assert failed(removed=["Nr"], chi_square=2.0, called_wrong=4)
 
 
 def test_a_run_that_is_not_completed_counts_as_far_off():
