@@ -39,8 +39,8 @@ CRITERIA = bs.Criteria(rhat=1.05, ess=400.0, taus=10.0)
 OPTIONS, QUICK_OPTIONS = {"criteria": CRITERIA, "max_steps": 4000}, {"criteria": CRITERIA, "max_steps": 200}
 SEED = 42
 FIGURES = {
-    "strangers": "Left, how many coefficients the 90 % intervals hold, with two standard errors over boats; grey: 85 to "
-    "95 %. Right, largest distance from the track of a run that was not fitted, a line for each boat and a dot for the "
+    "strangers": "Left, how many coefficients the 90 % intervals hold, with two standard errors over boats; grey: 85 "
+    "to 95 %. Right, largest distance from the track of a run that was not fitted, a line for each boat and a dot for the "
     "median. Orange: fits without terms that the simulator has.",
 }
 ANSWER = """

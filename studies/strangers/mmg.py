@@ -3,8 +3,8 @@
 The equations and the numbers of KVLCC2, the model of 7 m, are those of Yasukawa & Yoshimura (2015); a program such as
 mmg-1p1r has the same parts: hull, propeller with a wake that changes with drift and turning, rudder in the slipstream
 with flow straightening. The rudder moves linearly over a step. Conventions of the log: SI units and radians,
-revolutions a second, the rudder positive to starboard, velocities amidships, and the forces on propeller and rudder that the program
-computes, as a model with balances on shaft and stock measures them.
+revolutions a second, the rudder positive to starboard, velocities amidships, and the forces on propeller and rudder
+that the program computes, as a model with balances on shaft and stock measures them.
 
 bayesub has no flow at the rudder. With the measured forces as inputs every other part is a term: the derivatives of the
 hull, added masses, thrust deduction, and the shares of the rudder force that act on the ship. With the rudder angle

@@ -63,8 +63,8 @@ def page(rows: dict[str, dict]) -> Iterator[str]:
     yield "Boats whose parameters have an sd of a fifth about the published ones; the prior is as wide. Share of"
     yield "coefficients in their 50 and 90 % intervals, with the standard error over boats; median posterior sd over"
     yield "prior sd; boats of which the model check says that the equations do not fit, and the median of their largest"
-    yield "chi-square per reading of a channel, at the posterior mean; boats whose unmodelled forces name a missing term"
-    yield "(where none is missing, any); largest distance from the true track of a run that was not fitted, % of its"
+    yield "chi-square per reading of a channel, at the posterior mean; boats whose unmodelled forces name a missing"
+    yield "term (where none is missing, any); largest distance from the true track of a run that was not fitted, % of its"
     yield "path, median (largest), of the posterior mean and of the guess. Without terms the posterior is the normal"
     yield "approximation about its mode.\n"
     cells = {
