@@ -33,7 +33,9 @@ ROWS = {
     "gz-sim, terms missing": (gazebo, True, 1),
     "MMG, terms missing": (mmg, True, 1),
 }
-QUICK = ("Mariner", "NPS AUV")  # whose equations are built in: nothing is compiled
+# Quick: half a minute on a busy machine, because a boat of each of two simulators is sampled; their equations are built
+# in, so that nothing is compiled.
+QUICK = ("Mariner", "NPS AUV")
 N_SEARCHED = 1  # boats of each simulator whose equations agree, in which a missing term is looked for all the same
 CRITERIA = bs.Criteria(rhat=1.05, ess=400.0, taus=10.0)
 OPTIONS, QUICK_OPTIONS = {"criteria": CRITERIA, "max_steps": 4000}, {"criteria": CRITERIA, "max_steps": 200}
