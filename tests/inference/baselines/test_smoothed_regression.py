@@ -1,0 +1,110 @@
+"""Regression on smoothed motion, against a Kalman filter and smoother written out, and on trials of known boats."""
+
+import numpy as np
+import pytest
+from support.toys import Linear, Toy
+
+import bayesub as bs
+from bayesub.inference.baselines import smoothed_regression
+from bayesub.model.coefficients import HORIZONTAL
+from bayesub.model.linear_form import LinearSystem
+from bayesub.problem.priors import Normal, normal
+
+HELD = ("Yvdot", "Nvdot", "Nrdot")
+
+
+class Pushed(Toy):
+    """A speed that goes on by ``c g + f`` in each second, with white f, and is read after it; it begins at zero."""
+
+    n_coefficients, TRUE, SD, FORCE = 1, 2.0, 0.3, 0.2
+
+    def __init__(self):
+        rng = np.random.default_rng(4)
+        self.g = np.sin(0.7 * np.arange(40)) + 0.2
+        self.sums = np.tril(np.ones((40, 40)))
+        pushes = self.TRUE * self.g + self.FORCE * rng.standard_normal(40)
+        self.readings = self.sums @ pushes + self.SD * rng.standard_normal(40)
+        super().__init__(Normal(np.array([1.0, *np.zeros(40)]), np.array([0.5, *np.full(40, self.FORCE)])))
+
+    def held(self, parameters):
+        off = self.readings - self.sums @ (parameters[0] * self.g)
+        return Linear(self.sums, off, Normal(np.zeros(40), np.full(40, self.FORCE)), self.SD)
+
+    def linear_systems(self, parameters):
+        return {"X": LinearSystem("X", ("c0",), self.g[:, None], parameters[0] * self.g + parameters[1:])}
+
+
+def kalman_and_smoother(toy, c):
+    """Speeds (41,) by a Kalman filter and the recursion of Rauch, Tung & Striebel, for a coefficient."""
+    n = len(toy.readings)
+    means, variances = np.zeros(n + 1), np.zeros(n + 1)
+    ahead, of_ahead = np.zeros(n + 1), np.zeros(n + 1)
+    for k, reading in enumerate(toy.readings, start=1):
+        ahead[k], of_ahead[k] = means[k - 1] + c * toy.g[k - 1], variances[k - 1] + toy.FORCE**2
+        gain = of_ahead[k] / (of_ahead[k] + toy.SD**2)
+        means[k], variances[k] = ahead[k] + gain * (reading - ahead[k]), (1.0 - gain) * of_ahead[k]
+    smooth = means.copy()
+    for k in range(n - 1, -1, -1):
+        smooth[k] += variances[k] / of_ahead[k + 1] * (smooth[k + 1] - ahead[k + 1])
+    return smooth
+
+
+def by_kalman(toy, rounds):
+    """Coefficient and its variance by regression on the smoothed accelerations."""
+    c = 1.0
+    for _ in range(rounds):
+        pushes = np.diff(kalman_and_smoother(toy, c))
+        c = toy.g @ pushes / (toy.g @ toy.g)
+    return c, np.sum((pushes - c * toy.g) ** 2) / (len(toy.g) - 1) / (toy.g @ toy.g)
+
+
+@pytest.mark.parametrize("rounds", [1, 2, 5])
+def test_it_is_the_kalman_smoother_and_regression(rounds):
+    """To the tolerance of the smoothing, a thousandth of a standard deviation of the forces."""
+    toy = Pushed()
+    c, variance = by_kalman(toy, rounds)
+    found = smoothed_regression(toy, rounds=rounds)
+    assert found.names == ("c0",)
+    assert found.values[0] == pytest.approx(c, abs=1e-3)
+    assert found.covariance[0, 0] == pytest.approx(variance, rel=0.02)
+    assert found.statuses == ("unique; smoothing converged",)
+
+
+def test_rounds_lead_from_the_guess_to_the_truth():
+    """The motion leans towards the guess where it is smoothed; each round takes that away by as much again."""
+    toy = Pushed()
+    off = [abs(smoothed_regression(toy, rounds=n).values[0] - toy.TRUE) for n in (1, 2, 10)]
+    assert off[0] > off[1] > off[2]
+    assert off[2] < 0.1 < off[0]
+
+
+def trial(boat, manoeuvre, record, force):
+    """The problem of a spiral, with coefficients that are 20 % off and forces of this sd."""
+    centre = bs.priors.perturbed(boat.xi, 0.2, np.random.default_rng(3))
+    free = [name for name in HORIZONTAL if name not in HELD]
+    xi = np.where(np.isin(boat.equations.names, free), centre, boat.xi)
+    forces = bs.UnknownDisturbance(("X", "Y", "N"), dict.fromkeys("XYN", force), 4.0, knot_interval_s=4.0)
+    prior = bs.priors.relative_normal(0.2, xi)
+    nuisance = {name: normal(value, sd) for name, value, sd in (("u0_mps", boat.speed_mps, 0.1),)}
+    return bs.Problem(
+        boat, manoeuvre, record, free=free, prior=prior, xi=xi, nuisance=nuisance, dt=1.0, disturbance=forces
+    )
+
+
+def error(problem, found, boat):
+    """Median relative error of the coefficients."""
+    truth = boat.xi[boat.equations.columns(found.names)]
+    return np.median(np.abs(found.values / truth - 1.0))
+
+
+def test_a_clean_trial_gives_the_coefficients(suboff, spiral, spiral_track):
+    """Every two seconds, to a millimetre and a thousandth of a degree; without forces the answer is the guess."""
+    log = bs.sensors.Track(1e-3, 1e-3, 2.0, ("x", "y", "yaw", "u", "v", "r"))
+    record = bs.observe(spiral_track, log, np.random.default_rng(8))
+    problem = trial(suboff, spiral, record, 1e-3)
+    guess = dict(zip(problem.names, problem.prior.mean, strict=True))
+    found = smoothed_regression(problem, rounds=2)
+    start = np.median(np.abs(np.array([guess[n] for n in found.names]) / suboff.xi[suboff.equations.columns(found.names)] - 1.0))
+    assert error(problem, found, suboff) < 0.1 * start
+    stiff = smoothed_regression(trial(suboff, spiral, record, 1e-12), rounds=1)
+    np.testing.assert_allclose(stiff.values, [guess[name] for name in stiff.names], rtol=1e-3)
