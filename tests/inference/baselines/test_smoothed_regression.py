@@ -99,8 +99,9 @@ def error(problem, found, boat):
 
 def test_a_clean_trial_gives_the_coefficients(suboff, spiral, spiral_track):
     """Every two seconds, to a millimetre and a thousandth of a degree; without forces the answer is the guess."""
-    log = bs.sensors.Track(1e-3, 1e-3, 2.0, ("x", "y", "yaw", "u", "v", "r"))
-    record = bs.observe(spiral_track, log, np.random.default_rng(8))
+    columns = ("x_m", "y_m", "yaw_deg", "u_mps", "v_mps", "r_degps")
+    sensors = [bs.sensors.Sensor(column, sd=1e-3, interval_s=2.0) for column in columns]
+    record = bs.observe(spiral_track, sensors, np.random.default_rng(8))
     problem = trial(suboff, spiral, record, 1e-3)
     guess = dict(zip(problem.names, problem.prior.mean, strict=True))
     found = smoothed_regression(problem, rounds=2)
