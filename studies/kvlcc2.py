@@ -19,6 +19,7 @@ from kvlcc2 import circles, drawings, fits, predictions
 from kvlcc2.trials import CIRCLES, FITTED, HSVA, MARIN, UNSEEN, ZERO, ZIGZAGS, Tanker
 
 TRAINED = {"four": FITTED, "all": HSVA}
+SAMPLED, MODE = "four", "posterior mode"  # of all the normal approximation at the mode stands for the posterior
 N_STARTS, MAX_STEPS, SEED = 3, 6000, 1
 FIGURES = {
     "errors": "Errors of heading and track of each unseen run by method, of fits of four zig-zags.",
@@ -40,11 +41,13 @@ def compute(run):
     numbers = {"definitions": circles.definitions(tanker), "posteriors": {}, "estimates": {}, "runs": {}, "circles": {}}
     known = {}
     for key, names in TRAINED.items():
-        estimates = run.parts(f"estimates of {key}", estimators(tanker, names))
-        posterior = sampled(run, tanker, key)
-        numbers["posteriors"][key] = summary(posterior)
+        run.progress.stage(f"estimates of {key}")
+        estimates = run.part(f"estimates_{key}", partial(estimates_of, tanker, names))
+        mode = predictions.Known.of_estimate(estimates.pop(MODE), np.random.default_rng(SEED), with_unknowns=True)
+        posterior = sampled(run, tanker) if key == SAMPLED else None
+        numbers["posteriors"][key] = summary(posterior, mode)
         numbers["estimates"][key] = {m: of_estimate(content) for m, content in estimates.items()}
-        known[key] = methods(posterior, estimates)
+        known[key] = methods(mode if posterior is None else of_draws(posterior), estimates)
     run.progress.stage("predict")
     arrays = {}
     for name in (*FITTED, *UNSEEN):
@@ -57,33 +60,45 @@ def compute(run):
     return numbers
 
 
-def estimators(tanker, names):
-    """Name -> what makes the estimate of some trials by a method, as JSON types."""
-    plain = {"rng": np.random.default_rng(SEED), "n_starts": N_STARTS}
-    makes = {
-        "SQP": lambda: bs.baselines.sqp(tanker.joint(names).naive(), **plain),
-        "linear least squares": lambda: fits.differenced(tanker, names),
-        "smoothed regression": lambda: fits.smoothed(tanker, names),
-    }
-    return {key: partial(lambda make: make().to_json(), make) for key, make in makes.items()}
+def estimates_of(tanker, names):
+    """Method -> estimate of some trials, as JSON types."""
+    sqp = bs.baselines.sqp(tanker.joint(names).naive(), rng=np.random.default_rng(SEED), n_starts=N_STARTS)
+    made = {"SQP": sqp, "linear least squares": fits.differenced(tanker, names)}
+    made |= {"smoothed regression": fits.smoothed(tanker, names), MODE: fits.mode(tanker, names)}
+    return {key: estimate.to_json() for key, estimate in made.items()}
 
 
-def sampled(run, tanker, key):
-    """The posterior of some trials, kept in the run folder."""
-    file = run.folder / f"posterior_{key}.nc"
+def sampled(run, tanker):
+    """The posterior of the four zig-zags, kept in the run folder."""
+    file = run.folder / "posterior.nc"
     if not file.exists():
-        run.progress.stage(f"sample the posterior of {key}")
-        options = {"max_steps": MAX_STEPS, "checkpoint": run.folder / f"chain_{key}", "progress": run.progress}
-        problem = tanker.joint(TRAINED[key], fits.unmodelled())
+        run.progress.stage("sample the posterior of four")
+        options = {"max_steps": MAX_STEPS, "checkpoint": run.folder / "chain_four", "progress": run.progress}
+        problem = tanker.joint(TRAINED[SAMPLED], fits.unmodelled())
         bs.sample(problem, rng=np.random.default_rng(SEED), **options).save(file)
     return bs.Posterior.load(file)
 
 
-def summary(posterior):
-    """Convergence, and the rudder zeros of the runs."""
-    zeros = {name: k for k, name in enumerate(posterior.names) if name.startswith(ZERO)}
-    moments = {name: {"mean": float(posterior.mean[k]), "sd": float(posterior.sd[k])} for name, k in zeros.items()}
-    return {"shortcomings": list(posterior.shortcomings), "seconds": posterior.seconds, "zeros": moments}
+def of_draws(posterior):
+    """What draws of a posterior know."""
+    draws = posterior.draws[np.random.default_rng(SEED).choice(len(posterior.draws), predictions.N_DRAWS)]
+    return predictions.Known(posterior.names, posterior.mean, draws, with_unknowns=True)
+
+
+def summary(posterior, mode):
+    """Rudder zeros of the runs; convergence of a sample, and how its normal approximation differs from it."""
+    source = mode if posterior is None else of_draws(posterior)
+    means, sds = source.draws.mean(axis=0), source.draws.std(axis=0)
+    zeros = {name: k for k, name in enumerate(source.names) if name.startswith(ZERO)}
+    result = {"zeros": {name: {"mean": float(means[k]), "sd": float(sds[k])} for name, k in zeros.items()}}
+    if posterior is not None:
+        places = [posterior.names.index(name) for name in mode.names]
+        ratios = mode.draws.std(axis=0) / posterior.sd[places]
+        off = np.abs(mode.values - posterior.mean[places]) / posterior.sd[places]
+        result |= {"shortcomings": list(posterior.shortcomings), "seconds": posterior.seconds}
+        result["normal_approximation"] = {"sd_ratio": np.percentile(ratios, [0, 50, 100]).tolist()}
+        result["normal_approximation"]["mean_off_sds"] = np.percentile(off, [50, 100]).tolist()
+    return result
 
 
 def of_estimate(content):
@@ -95,7 +110,20 @@ def of_estimate(content):
 def methods(posterior, estimates):
     """Method -> what it knows."""
     rng = np.random.default_rng(SEED)
-    draws = posterior.draws[rng.choice(len(posterior.draws), predictions.N_DRAWS)]
-    known = {"posterior": predictions.Known(posterior.names, posterior.mean, draws, with_unknowns=True)}
-    known["literature"] = predictions.Known((), np.zeros(0))
+    known = {"posterior": posterior, "literature": predictions.Known((), np.zeros(0))}
     return known | {key: predictions.Known.of_estimate(content, rng) for key, content in estimates.items()}
+
+
+def draw(run, numbers):
+    """Errors of all methods, circles, headings with their bands; the tables."""
+    run.page(drawings.page(numbers))
+    drawings.draw_errors(run.figure("errors"), numbers)
+    drawings.draw_circles(run.figure("circles"), numbers)
+    drawings.draw_headings(run.figure("headings"), run.load_arrays("bands"))
+
+
+def claims(numbers):
+    """The posterior beside its rivals and beside what was published."""
+    if "skipped" in numbers:
+        return
+    yield True, ""

@@ -32,8 +32,7 @@ class JointProblem(PosteriorDensity):
     Parameters
     ----------
     problems : name of a trial -> Problem, of the same vehicle with the same `prior`
-    own : names of parameters of the boat that each trial has for itself all the same, such as "bias_rudder_deg" where
-        the zero of the rudder was set before each
+    own : names of parameters of the boat that each trial has for itself all the same, such as "bias_rudder_deg"
 
     Raises
     ------

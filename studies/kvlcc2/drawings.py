@@ -7,6 +7,7 @@ import numpy as np
 from bayesub.report.markdown import columns
 from bayesub.report.plots import style
 from kvlcc2 import circles
+from kvlcc2.predictions import N_DRAWS
 from kvlcc2.trials import CIRCLES, FITTED, MARIN, UNSEEN, ZIGZAGS
 
 METHODS = ("posterior", "literature", "SQP", "linear least squares", "smoothed regression")
@@ -105,7 +106,7 @@ def page(numbers: dict) -> Iterator[str]:
     shown = ("posterior", "posterior, mean coefficients", *METHODS[1:])
     cells |= {key: lambda r, key=key: pair(r["errors"][key]) for key in shown}
     cells |= {f"{level} % band": lambda r, n=level: f"{r['coverage']['posterior'][n]:.0%}" for level in ("50", "90")}
-    cells |= {f"90 %, {key}": lambda r, key=key: f"{r['coverage'][key]['90']:.0%}" for key in RIVALS[1:]}
+    cells |= {f"90 %, {key}": lambda r, key=key: held(r, key) for key in RIVALS[1:]}
     cells |= {"best zero": lambda r: "{zero_deg:.2f}°: {heading_deg:.1f}°, {by_tenth_deg:.1f}°".format(**r["best_zero"])}
     yield from columns(rows, cells)
     for key, word in (("heading_deg", "heading"), ("track_m", "track")):
@@ -119,6 +120,14 @@ def page(numbers: dict) -> Iterator[str]:
     cells = {key: lambda r, key=key: r[key] for key in ("circle", "from", "axes")}
     cells |= {key: lambda r, key=key: f"{r[key]:.2f}" for key in circles.MEASURES}
     yield from columns(list(circles.table(numbers["definitions"])), cells)
+
+
+def held(run: dict, method: str) -> str:
+    """Share of the readings in the 90 % bands, with the share of draws that left the range of the equations."""
+    if method not in run["coverage"]:
+        return "–"
+    failed = run["failed"][method]
+    return f"{run['coverage'][method]['90']:.0%}" + (f", {failed} of {N_DRAWS} draws lost" if failed else "")
 
 
 def pair(error: dict) -> str:

@@ -1,6 +1,7 @@
 """Coefficients of the tanker from some of its trials: the posterior, and what others would fit."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -36,9 +37,19 @@ def process_noise() -> bs.UnknownDisturbance:
     return bs.UnknownDisturbance(tuple(PROCESS), PROCESS, PROCESS_TIME_S, knot_interval_s=SMOOTHED_S)
 
 
+def mode(tanker: Tanker, names: Iterable[str]) -> Estimate:
+    """The posterior mode and the normal approximation there, of the parameters that are no histories of forces."""
+    problem = tanker.joint(names, unmodelled())
+    fit = bs.baselines.gauss_newton(problem)
+    others = problem.others
+    kept = {"names": tuple(np.array(problem.names)[others].tolist()), "solutions": fit.solutions[:, others]}
+    return replace(fit, **kept)
+
+
 def smoothed(tanker: Tanker, names: Iterable[str]) -> Estimate:
-    """By smoothed motion and regression, as published."""
-    return bs.baselines.smoothed_regression(tanker.joint(names, process_noise(), SMOOTHED_S))
+    """By smoothed motion and regression, with the terms of the published model."""
+    fit = bs.baselines.smoothed_regression(tanker.joint(names, process_noise(), SMOOTHED_S, TERMS))
+    return fit.completed({name: 0.0 for name in tanker.free if name not in TERMS})
 
 
 def differenced(tanker: Tanker, names: Iterable[str]) -> Estimate:

@@ -9,7 +9,7 @@ from kvlcc2 import circles
 from kvlcc2.fits import unmodelled
 from kvlcc2.trials import ZERO, Tanker
 
-N_DRAWS, LEVELS = 1000, (50, 90)
+N_DRAWS, LEVELS = 500, (50, 90)
 CIRCLE_S, CIRCLE_READING_S = 90.0, 0.4  # of a circle, enough for 180 degrees; between its positions
 
 
@@ -31,11 +31,14 @@ class Known:
     with_unknowns: bool = False
 
     @classmethod
-    def of_estimate(cls, content: dict, rng: np.random.Generator) -> "Known":
+    def of_estimate(cls, content: dict, rng: np.random.Generator, *, with_unknowns: bool = False) -> "Known":
         """Of an estimate as JSON types, with normal draws if it has a covariance."""
         values, covariance = np.array(content["solutions"][0]), content.get("covariance")
-        draws = None if covariance is None else rng.multivariate_normal(values, covariance, N_DRAWS, method="eigh")
-        return cls(tuple(content["names"]), values, draws)
+        draws = None if covariance is None else np.tile(values, (N_DRAWS, 1))
+        if draws is not None:  # of what was not fitted, which comes last, nothing is uncertain
+            n = len(covariance)
+            draws[:, :n] = rng.multivariate_normal(values[:n], covariance, N_DRAWS, method="eigh")
+        return cls(tuple(content["names"]), values, draws, with_unknowns)
 
     def parameters(self, problem: bs.Problem, name: str, rng: np.random.Generator) -> np.ndarray:
         """(1 + n, n_params) parameters of a problem of the run of that name: by the values, and by the draws."""
@@ -68,11 +71,12 @@ def of_run(tanker: Tanker, name: str, known: dict[str, Known], seed: int) -> tup
         flights = problem.predicted(members)
         point, flights = flights[0], flights[1:][np.isfinite(flights[1:]).all(axis=1)]
         if len(members) > 1:
+            result.setdefault("failed", {})[method] = len(members) - 1 - len(flights)
+        if len(flights):
             noisy = flights + problem.sds * rng.standard_normal(flights.shape)
             bands = {level: np.percentile(noisy, [50 - level / 2, 50 + level / 2], axis=0) for level in LEVELS}
             inside = {level: (low <= readings) & (readings <= high) for level, (low, high) in bands.items()}
             result["coverage"][method] = {str(level): float(part.mean()) for level, part in inside.items()}
-            result.setdefault("failed", {})[method] = len(members) - 1 - len(flights)
         if one.with_unknowns:  # the mean of what is predicted, and what the mean of the coefficients predicts
             result["errors"][f"{method}, mean coefficients"] = errors(problem, point)
             point = flights.mean(axis=0)

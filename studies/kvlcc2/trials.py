@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,8 @@ HSVA, UNSEEN = FITTED + ZIGZAGS, ZIGZAGS + MARIN
 SCALE = 45.714  # of MARIN's numbers, which are of the ship
 HELD = ("Xudot", "Yvdot", "Yrdot", "Nvdot", "Nrdot")  # added masses
 SDS = {"x_m": 0.1, "y_m": 0.1, "yaw_deg": 0.5, "u_mps": 0.01, "v_mps": 0.01, "r_degps": 0.05}
+# Of the start, which is a straight line through the rows until the rudder is put.
+START_S, START_SDS = 0.6, {"x_m": 0.02, "y_m": 0.02, "yaw_deg": 0.1, "u_mps": 0.005, "v_mps": 0.005, "r_degps": 0.03}
 ROW_S, READING_S, STEP_S = 0.2, 4.0, 0.2  # rows of the logs; readings: neighbours of less are correlated; time step
 ZERO = "bias_rudder_deg"
 RUN_ZERO = bs.priors.normal(0.0, 0.3)  # of the rudder in one run, degrees; what all have in common is Y0 and N0
@@ -39,6 +42,15 @@ def read(file: Path) -> dict[str, np.ndarray]:
     cos, sin, speed = np.cos(np.radians(psi)), np.sin(np.radians(psi)), np.sqrt(scale)
     u, v = (dx * cos + dy * sin) / speed, (dy * cos - dx * sin) / speed
     return dict(zip(COLUMNS, (times, x / scale, y / scale, psi, u, v, r * speed, rudder), strict=True))
+
+
+def _start(log):
+    """Name -> prior of each state at the start."""
+    n, priors = round(START_S / ROW_S) + 1, {}
+    for column, sd in START_SDS.items():
+        at_zero = np.polyfit(log["time_s"][:n], log[column][:n], 1)[1]
+        priors["0_".join(column.rsplit("_", 1))] = bs.priors.normal(float(at_zero), sd)
+    return priors
 
 
 def _is_row(line):
@@ -72,21 +84,27 @@ class Tanker:
             path, log = Path(folder) / f"{name}.csv", self.log(name)
             rows = np.column_stack(list(log.values()))
             np.savetxt(path, rows, delimiter=",", comments="", fmt="%.6g", header=",".join(log))
-            trial = read_trial(path, self.boat, sensors, subproblem="horizontal", nuisance={})
+            trial = read_trial(path, self.boat, sensors, subproblem="horizontal", nuisance=_start(log))
         every = round(interval_s / ROW_S)
         thinned = [replace(c, times=c.times[::every], values=c.values[::every]) for c in trial.record.channels]
         return replace(trial, record=bs.Record(tuple(thinned)))
 
     def problem(
-        self, name: str, disturbance: bs.UnknownDisturbance | None = None, interval_s: float = READING_S
+        self,
+        name: str,
+        disturbance: bs.UnknownDisturbance | None = None,
+        interval_s: float = READING_S,
+        terms: Iterable[str] | None = None,
     ) -> bs.Problem:
-        """A trial with unknown start and rudder zero, and with unmodelled forces or without."""
-        trial = self.trial(name, interval_s)
-        options = {"free": self.free, "prior": self.prior, "nuisance": trial.nuisance | {ZERO: RUN_ZERO}, "dt": STEP_S}
-        return bs.Problem(self.boat, trial.manoeuvre, trial.record, disturbance=disturbance, **options)
+        """A trial with unknown start and rudder zero, with unmodelled forces or without, with all terms or some."""
+        trial, equations = self.trial(name, interval_s), self.boat.equations
+        free = self.free if terms is None else list(terms)
+        xi = np.where(np.isin(equations.names, [*free, *HELD]), self.boat.xi, 0.0)
+        options = {"free": free, "xi": xi, "prior": self.prior, "nuisance": trial.nuisance | {ZERO: RUN_ZERO}}
+        return bs.Problem(self.boat, trial.manoeuvre, trial.record, disturbance=disturbance, dt=STEP_S, **options)
 
     def joint(
-        self, names: Iterable[str], disturbance: bs.UnknownDisturbance | None = None, interval_s: float = READING_S
+        self, names: Iterable[str], *options: Any
     ) -> bs.JointProblem:
-        """Some trials, each with a rudder zero of its own."""
-        return bs.JointProblem({name: self.problem(name, disturbance, interval_s) for name in names}, own=(ZERO,))
+        """Some trials, each with a rudder zero of its own; options are those of :meth:`problem`."""
+        return bs.JointProblem({name: self.problem(name, *options) for name in names}, own=(ZERO,))
