@@ -22,10 +22,10 @@ SMOOTH_S = 2.2  # window of headings, which MARIN's files give in whole degrees 
 PUT_DEG = {"rudder leaves its mean": 2.0, "rudder half over": 17.5, "rudder hard over": 34.0}
 
 
-def measured(times: np.ndarray, x: np.ndarray, y: np.ndarray, yaw: np.ndarray, turned: bool = False) -> dict[str, float]:
+def measured(x: np.ndarray, y: np.ndarray, yaw: np.ndarray, turned: bool = False) -> dict[str, float]:
     """Advance and tactical diameter of a track, m; not a number if it does not turn so far.
 
-    Times (n,) in s, x and y (n,) in m, yaw (n,) in deg without jumps; ahead is the x axis, or the first heading if the
+    The place x and y (n,) is in m, yaw (n,) in deg without jumps; ahead is the x axis, or the first heading if the
     track is `turned`.
     """
     change, course = np.abs(yaw - yaw[0]), np.radians(yaw[0]) if turned else 0.0
@@ -42,7 +42,7 @@ def of_log(log: dict[str, np.ndarray], first: int = 0, turned: bool = False) -> 
     """Advance and tactical diameter of a log from one of its rows on."""
     row = log["time_s"][1] - log["time_s"][0]
     yaw = savgol_filter(log["yaw_deg"], 2 * round(0.5 * SMOOTH_S / row) + 1, 1)
-    return measured(log["time_s"][first:], log["x_m"][first:], log["y_m"][first:], yaw[first:], turned)
+    return measured(log["x_m"][first:], log["y_m"][first:], yaw[first:], turned)
 
 
 def definitions(tanker: Tanker) -> dict[str, dict]:

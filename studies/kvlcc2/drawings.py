@@ -67,7 +67,9 @@ def draw_circles(paths: list, numbers: dict) -> None:
         for place, (side, key) in enumerate(rows):
             test, predicted = numbers["circles"][side][key]["published"].values()
             word = "as published" if place == 0 else None
-            axes.plot(100.0 * (predicted / test - 1.0), place + 0.39, "*", color=style.PRIOR, mec=style.TRUTH, label=word)
+            axes.plot(
+                100.0 * (predicted / test - 1.0), place + 0.39, "*", color=style.PRIOR, mec=style.TRUTH, label=word
+            )
         axes.axvline(0.0, color=style.TRUTH, lw=0.8)
         axes.set_xlim(-25.0, 25.0)
         axes.set_yticks(range(len(rows)), [f"{key.removesuffix('_m')}, {side}" for side, key in rows])
@@ -97,25 +99,30 @@ def draw_headings(paths: list, arrays: dict) -> None:
 def page(numbers: dict) -> Iterator[str]:
     """Tables of the runs, of the circles, and of what the circles are."""
     yield "Fits of the four zig-zags. Errors of predictions: heading (deg, rms) / track (m, rms); a dash where a flight"
-    yield "leaves the range of the equations. The posterior predicts by the mean of its flights; beside it what the mean"
-    yield "of its coefficients does. Share of the readings in its bands of 50 and 90 %, and in those of 90 % by the"
-    yield "covariance of a regression. The rudder zero with which the mean of the coefficients follows the run best, the"
-    yield "heading error with it, and how far a tenth of a degree turns the heading.\n"
+    yield "leaves the range of the equations. The posterior predicts by the mean of its coefficients; beside it is the"
+    yield "mean of its flights. Share of the readings in its bands of 50 and 90 %, and in those of 90 % by the"
+    yield "covariance of a regression. The rudder zero with which the mean of the coefficients follows the run best,"
+    yield "the heading error with it, and how far a tenth of a degree turns the heading.\n"
     rows = [numbers["runs"][name] | {"name": name} for name in numbers["runs"]]
     cells = {"run": lambda r: title(r["name"]) + (", fitted" if r["name"] in FITTED else "")}
-    shown = ("posterior", "posterior, mean coefficients", *METHODS[1:])
+    shown = ("posterior", "posterior, mean of flights", *METHODS[1:])
     cells |= {key: lambda r, key=key: pair(r["errors"][key]) for key in shown}
     cells |= {f"{level} % band": lambda r, n=level: f"{r['coverage']['posterior'][n]:.0%}" for level in ("50", "90")}
     cells |= {f"90 %, {key}": lambda r, key=key: held(r, key) for key in RIVALS[1:]}
-    cells |= {"best zero": lambda r: "{zero_deg:.2f}°: {heading_deg:.1f}°, {by_tenth_deg:.1f}°".format(**r["best_zero"])}
+    cells |= {
+        "best zero": lambda r: "{zero_deg:.2f}°: {heading_deg:.1f}°, {by_tenth_deg:.1f}°".format(**r["best_zero"])
+    }
     yield from columns(rows, cells)
     for key, word in (("heading_deg", "heading"), ("track_m", "track")):
         yield f"\n{word.capitalize()}: the posterior is at least as good as the best of {', '.join(RIVALS)} in"
         yield f"{len(at_least_as_good(numbers, key))} of {len(UNSEEN)} unseen runs."
     yield "\nTurning circles of MARIN, fits of all thirteen zig-zags: m, and per cent of the test."
     yield "As published: per cent of the test as it stands there.\n"
-    yield from columns(list(circle_rows(numbers)), {"measure": lambda r: r["measure"], "test": lambda r: r["test"]}
-                       | {key: lambda r, key=key: r[key] for key in ("as published", *METHODS)})
+    yield from columns(
+        list(circle_rows(numbers)),
+        {"measure": lambda r: r["measure"], "test": lambda r: r["test"]}
+        | {key: lambda r, key=key: r[key] for key in ("as published", *METHODS)},
+    )
     yield "\nThe tests by definition: where the rudder counts as put, and which way is ahead.\n"
     cells = {key: lambda r, key=key: r[key] for key in ("circle", "from", "axes")}
     cells |= {key: lambda r, key=key: f"{r[key]:.2f}" for key in circles.MEASURES}

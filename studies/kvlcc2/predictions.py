@@ -77,9 +77,8 @@ def of_run(tanker: Tanker, name: str, known: dict[str, Known], seed: int) -> tup
             bands = {level: np.percentile(noisy, [50 - level / 2, 50 + level / 2], axis=0) for level in LEVELS}
             inside = {level: (low <= readings) & (readings <= high) for level, (low, high) in bands.items()}
             result["coverage"][method] = {str(level): float(part.mean()) for level, part in inside.items()}
-        if one.with_unknowns:  # the mean of what is predicted, and what the mean of the coefficients predicts
-            result["errors"][f"{method}, mean coefficients"] = errors(problem, point)
-            point = flights.mean(axis=0)
+        if one.with_unknowns:  # beside what the mean of the coefficients predicts, the mean of what is predicted
+            result["errors"][f"{method}, mean of flights"] = errors(problem, flights.mean(axis=0))
             headings += list(bands[90][:, rows["yaw"]])
         result["errors"][method] = errors(problem, point)
         headings.append(point[rows["yaw"]])
@@ -124,8 +123,7 @@ def of_circle(tanker: Tanker, name: str, side: str, known: dict[str, Known], see
     for method, one in known.items():
         members = one.parameters(problem, name, np.random.default_rng(seed))
         motions = problem.motion(members)
-        times = problem.simulator.times
-        measures = [_measures(times, motion) for motion in motions]
+        measures = [_measures(motion) for motion in motions]
         for key, content in result.items():
             point, *draws = (measure[key] for measure in measures)
             kept = [value for value in draws if np.isfinite(value)]
@@ -133,15 +131,13 @@ def of_circle(tanker: Tanker, name: str, side: str, known: dict[str, Known], see
             if kept:
                 low, high = np.percentile(kept, [5.0, 95.0])
                 numbers |= {"low": float(low), "high": float(high)}
-                if one.with_unknowns:
-                    numbers["value"] = float(np.mean(kept))
             content["methods"][method] = numbers
             if one.with_unknowns and kept:
                 content |= {method: numbers["value"], "low": numbers["low"], "high": numbers["high"]}
     return result
 
 
-def _measures(times, motion):
+def _measures(motion):
     if not np.isfinite(motion).all():
         return dict.fromkeys(circles.MEASURES, np.nan)
-    return circles.measured(times, motion[:, 0], motion[:, 1], np.degrees(np.unwrap(motion[:, 5])))
+    return circles.measured(motion[:, 0], motion[:, 1], np.degrees(np.unwrap(motion[:, 5])))

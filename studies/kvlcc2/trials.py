@@ -103,8 +103,6 @@ class Tanker:
         options = {"free": free, "xi": xi, "prior": self.prior, "nuisance": trial.nuisance | {ZERO: RUN_ZERO}}
         return bs.Problem(self.boat, trial.manoeuvre, trial.record, disturbance=disturbance, dt=STEP_S, **options)
 
-    def joint(
-        self, names: Iterable[str], *options: Any
-    ) -> bs.JointProblem:
+    def joint(self, names: Iterable[str], *options: Any) -> bs.JointProblem:
         """Some trials, each with a rudder zero of its own; options are those of :meth:`problem`."""
         return bs.JointProblem({name: self.problem(name, *options) for name in names}, own=(ZERO,))
