@@ -71,7 +71,7 @@ def draw_circles(paths: list, numbers: dict) -> None:
                 100.0 * (predicted / test - 1.0), place + 0.39, "*", color=style.PRIOR, mec=style.TRUTH, label=word
             )
         axes.axvline(0.0, color=style.TRUTH, lw=0.8)
-        axes.set_xlim(-25.0, 25.0)
+        axes.set_xlim(-50.0, 40.0)
         axes.set_yticks(range(len(rows)), [f"{key.removesuffix('_m')}, {side}" for side, key in rows])
         axes.invert_yaxis()
         axes.set_xlabel("error of the prediction (%)")
