@@ -213,7 +213,7 @@ class PosteriorDensity(Viewed):
     def held(self, parameters: np.ndarray) -> Self:
         """The problem of the other parameters, with the coefficients of parameters (n_params,)."""
         (xi,) = self.coefficient_sets(parameters)
-        spread = relative_normal(1.0)  # of none
+        spread = relative_normal(1.0)  # has no parameters
         return self.of_trials(lambda trial: trial.view(columns=trial.columns[:0], xi=xi, spread=spread))
 
     def log_prior(self, parameters: np.ndarray) -> np.ndarray:
