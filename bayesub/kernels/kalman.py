@@ -26,7 +26,7 @@ from numba import prange
 from bayesub.kernels.jit import inline, jit
 from bayesub.kernels.workspace import HATS
 
-_NUMBERS = 4_000_000  # of pieces of members that are in memory at once
+_NUMBERS = 32_000_000  # of pieces of members that are in memory at once
 
 
 class Pieces(NamedTuple):

@@ -22,6 +22,7 @@ from bayesub.io.atomic import locked, reason, replacing, writing
 from bayesub.io.errors import InputError, Remark
 
 _START = ("start.block", "start-copy.block")
+_COUNTS = ("accepted", "proposed", "thin")
 _DIGEST = hashlib.sha256().digest_size
 
 
@@ -45,7 +46,9 @@ class State:
     log_prob: np.ndarray  # (n_all_walkers,) log densities in y
     random_state: Any  # of emcee's generator
     spent: Spent  # so far
-    accepted: int = 0  # proposals accepted in the kept steps
+    accepted: int = 0  # of the proposals of steps that were kept at first
+    proposed: int = 0
+    thin: int = 1  # steps from one kept step to the next
 
 
 @dataclass
@@ -117,7 +120,8 @@ class Checkpoint:
 
     def _write(self, name, notes, arrays, state):
         generator, keys, position, has_gauss, gauss = state.random_state
-        notes |= {"random": [generator, position, has_gauss, gauss], "accepted": state.accepted} | vars(state.spent)
+        counts = {name: getattr(state, name) for name in _COUNTS}
+        notes |= {"random": [generator, position, has_gauss, gauss]} | counts | vars(state.spent)
         content = io.BytesIO()
         np.savez(
             content, notes=json.dumps(notes), coords=state.coords, log_prob=state.log_prob, random_keys=keys, **arrays
@@ -151,7 +155,7 @@ def _state(notes, arrays) -> State:
     generator, position, has_gauss, gauss = notes["random"]
     random_state = generator, arrays["random_keys"], position, has_gauss, gauss
     spent = Spent(**{part.name: notes[part.name] for part in fields(Spent)})
-    return State(arrays["coords"], arrays["log_prob"], random_state, spent, notes["accepted"])
+    return State(arrays["coords"], arrays["log_prob"], random_state, spent, *(notes[name] for name in _COUNTS))
 
 
 @contextmanager

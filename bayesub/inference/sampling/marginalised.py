@@ -161,7 +161,7 @@ class Marginalised:
         self._active = np.zeros((self._onto.shape[1], 0))
         linear, changes = self._features(others), np.zeros((len(self._active), len(self._active)))
         for response, (pieces, _, scales) in zip(self._responses, learned, strict=True):
-            slopes = _fitted(linear, response.weighed(pieces, scales))[1:]
+            slopes = response.weighed(_of_terms(linear, pieces), scales)[1:]
             changes += slopes @ slopes.T
         squares, vectors = np.linalg.eigh(changes)
         n_active = max(n for n in range(_MOST_ACTIVE + 1) if n == 0 or _DRAWS * self._n_features(n) <= len(others))
@@ -169,13 +169,13 @@ class Marginalised:
         self._active = vectors[:, len(vectors) - n_active :]
         features = self._features(others)
         for response, (pieces, forces, scales) in zip(self._responses, learned, strict=True):
-            terms = [_fitted(features, part) for part in pieces[:2]]
+            terms = _of_terms(features, pieces)
             # Few sums of terms are all that matters: the principal components of what they make of the draws.
-            made = features @ response.weighed(pieces._replace(ends=terms[0], rows=terms[1]), scales)
-            squares, members = np.linalg.eigh(made @ made.T / len(made))
+            weighed = response.weighed(terms, scales)
+            squares, members = np.linalg.eigh(features @ (weighed @ weighed.T) @ features.T / len(features))
             members = members[:, squares > _WORTH**2]
             response.mix = _fitted(features, members)
-            ends, rows = (np.tensordot(members.T @ features, term, axes=1) for term in terms)
+            ends, rows = (np.tensordot(members.T @ features, term, axes=1) for term in terms[:2])
             response.pieces = pieces._replace(ends=ends, rows=rows)
             response.forces = _fitted(features, forces)
 
@@ -294,6 +294,11 @@ class Marginalised:
     def n_draws(self) -> int:
         """How many draws :meth:`fit` wants; the fit is to twice as many."""
         return -(-_DRAWS * self._n_features(_MOST_ACTIVE) // 2)
+
+
+def _of_terms(features, pieces):
+    """Pieces of terms of features (n, n_terms), from those at n draws."""
+    return pieces._replace(ends=_fitted(features, pieces.ends), rows=_fitted(features, pieces.rows))
 
 
 def _fitted(features, values):

@@ -15,6 +15,7 @@ import numpy as np
 import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
+from bayesub.inference.identifiability.linear_model import marginal_jacobian
 from bayesub.inference.interface import SMOOTH, Emulated, Forced, Modal, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
 from bayesub.inference.sampling.geometry import Geometry
@@ -39,8 +40,8 @@ DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterio
 LOOK = 100  # kept steps before the first look at convergence
 WARMUP = 0.1  # fraction of the steps so far that is discarded; before 0.25
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
-STEP_BYTES = 2**16  # of steps that take more room only every second, third .. is kept
-FORMAT = 6  # of checkpoints; those of a former one lack what this one counts, and are refused
+CHAIN_BYTES = 2**30  # of a chain that takes more room every second step is forgotten
+FORMAT = 7  # of checkpoints; those of a former one lack what this one counts, and are refused
 PRICE_BATCH = 64  # simulations at once, as in a step, to which the time of a Jacobian is compared
 PRICE_REPEATS = 3  # measurements, of which the fastest counts
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
@@ -99,14 +100,14 @@ def sample(
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine, moves)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
             while True:
-                if run.n_kept and (run.n_kept * run.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
+                if run.n_kept and (run.n_steps >= max_steps or run.n_kept in _looks(run.n_kept)):
                     posterior = run.posterior(criteria)
                     if progress is not None:
                         progress.update(*_pace(posterior, max_steps))
-                    if run.n_kept * run.thin >= max_steps or posterior.converged or posterior.stuck(max_steps):
+                    if run.n_steps >= max_steps or posterior.converged or posterior.stuck(max_steps):
                         return posterior
                 look = next(k for k in _looks() if k > run.n_kept)
-                run.advance(min(look, -(-max_steps // run.thin)), interrupted)
+                run.advance(min(look, -(-max_steps // run.state.thin)), interrupted)
 
 
 class _Run:
@@ -145,6 +146,7 @@ class _Run:
             level = float(arrays["level"])
             if self.blocks:
                 self.state = self.blocks[-1].state
+                self.blocks = [self._joined()]
             log_prob = self.geometry.log_prob(problem, self.state.coords)
             if not np.allclose(log_prob, self.state.log_prob, rtol=1e-9, atol=_SAME):
                 fault = f"{saved.folder}: cannot be resumed: was made by another problem, whose log posterior differs"
@@ -155,7 +157,6 @@ class _Run:
             last = self.blocks[-1].chain[-1] if self.blocks else None
             self._parameters = self.geometry.evaluate(problem, self.state.coords)[1] if last is None else last
         short, long = surrogate.walks()
-        self.thin = -(-self.state.coords.nbytes // STEP_BYTES)
         self.sampler = emcee.EnsembleSampler(
             n_ensembles * n_walkers,
             problem.n_params,
@@ -178,6 +179,10 @@ class _Run:
     def n_kept(self) -> int:
         return sum(len(block.chain) for block in self.blocks)
 
+    @property
+    def n_steps(self) -> int:
+        return self.n_kept * self.state.thin
+
     def advance(self, n_kept: int, interrupted: Callable[[], bool]) -> None:
         """Sample until `n_kept` steps are kept, block by block; KeyboardInterrupt after the block in hand."""
         while self.n_kept < n_kept:
@@ -199,7 +204,7 @@ class _Run:
             random_state=self.state.random_state,
         )
         self.sampler.reset()
-        steps = self.sampler.sample(state, iterations=n_kept, thin_by=self.thin, skip_initial_state_check=True)
+        steps = self.sampler.sample(state, iterations=n_kept, thin_by=self.state.thin, skip_initial_state_check=True)
         for _ in steps:
             if interrupted() or time.perf_counter() - began > BLOCK_SECONDS:
                 break
@@ -216,16 +221,31 @@ class _Run:
             log_prob=after.log_prob.copy(),
             random_state=after.random_state,
             accepted=self.state.accepted + int(self.sampler.backend.accepted.sum()),
+            proposed=self.state.proposed + self.sampler.get_log_prob().size,
             spent=self._charged(self.state.spent),
         )
         return store.Block(parameters, self.sampler.get_log_prob(), state)
 
+    def _joined(self) -> store.Block:
+        """All blocks as one, with every step that is a multiple of `thin`."""
+        chains, log_probs, number = [], [], 0  # of steps before a block
+        for block in self.blocks:
+            every = self.state.thin // block.state.thin
+            kept = slice((every - 1 - number // block.state.thin) % every, None, every)
+            chains.append(block.chain[kept])
+            log_probs.append(block.log_prob[kept])
+            number += len(block.chain) * block.state.thin
+        if len(chains) == 1:
+            return store.Block(chains[0], log_probs[0], self.state)
+        return store.Block(np.concatenate(chains), np.concatenate(log_probs), self.state)
+
     def posterior(self, criteria: Criteria) -> Posterior:
         """The verdict on convergence of the steps so far."""
-        if len(self.blocks) > 1:
-            chain, log_prob = (np.concatenate([getattr(b, key) for b in self.blocks]) for key in ("chain", "log_prob"))
-            self.blocks = [store.Block(chain, log_prob, self.state)]
-        (whole,) = self.blocks
+        whole = self._joined()
+        while whole.chain.nbytes > CHAIN_BYTES and len(whole.chain) > LOOK:
+            self.blocks, self.state = [whole], replace(self.state, thin=2 * self.state.thin)
+            whole = self._joined()
+        self.blocks = [whole]
         n_warmup = int(WARMUP * self.n_kept)
         return Posterior(
             names=self.problem.names,
@@ -233,10 +253,10 @@ class _Run:
             log_prob=_by_ensemble(whole.log_prob[n_warmup:], self.n_ensembles),
             prior_mean=self.problem.prior.mean,
             prior_sd=self.problem.prior.sd,
-            n_warmup=n_warmup * self.thin,
-            acceptance=self.state.accepted / whole.log_prob.size,
+            n_warmup=n_warmup * self.state.thin,
+            acceptance=self.state.accepted / self.state.proposed,
             criteria=criteria,
-            thin=self.thin,
+            thin=self.state.thin,
             **vars(self.state.spent),
         ).given(self.problem.prior)
 
@@ -297,7 +317,7 @@ def jacobian_price(problem: Emulated, parameters: np.ndarray) -> float:
     batch = np.repeat(np.asarray(parameters, dtype=float)[None], PRICE_BATCH, axis=0)
     simulation = _fastest(lambda: problem.log_likelihood(batch)) / PRICE_BATCH
     before = problem.costs.jacobians
-    seconds = _fastest(lambda: problem.jacobian(batch[0]))
+    seconds = _fastest(lambda: marginal_jacobian(problem, batch[0]))
     return seconds * PRICE_REPEATS / max(problem.costs.jacobians - before, 1) / simulation
 
 

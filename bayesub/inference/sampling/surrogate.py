@@ -59,6 +59,7 @@ _DRAWS = 2  # for each term, to which the surrogate is fitted; in the end before
 _BENDING = 3  # draws for each term, to which the bends are fitted
 _MORE = 300  # draws besides
 _ROUNDS, _MAX_ROUNDS = 2, 12  # at least and at most; before 3 at least, or 4 always
+_ADAPTED = 3  # rounds, at most, before which the problem is adapted
 _STOPS, _MAX_WALKS = 3, 6  # walks that show how the sheet bends; as often until walkers spread no further
 _STEADY = 1.2  # ratio of the draws' spreads in one coordinate while they walk on, below which rounds may end
 _HOT = 2.0  # temperature of the draws that it is fitted to; of draws at one it is too low in the tails
@@ -219,7 +220,7 @@ def learn(
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
-        if adapt is not None:
+        if adapt is not None and n < _ADAPTED:
             adapt(geometry.parameters(y[-n_fitted:]))
         seen = _Simulations(problem, geometry)
         seen.add(y[-n_fitted:])

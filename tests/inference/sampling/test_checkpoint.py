@@ -213,12 +213,13 @@ def test_in_a_thread_signals_are_left_alone(tmp_path, straight):
     same(found[0], straight)
 
 
-def test_large_steps_are_thinned(tmp_path, monkeypatch):
-    """Where a step takes too much room every second or third is kept, and lengths still count in steps."""
-    whole = run(None, 120)
-    monkeypatch.setattr(sampler, "STEP_BYTES", 400)  # a step has 4 ensembles of 16 walkers of 2 numbers, 1024 bytes
-    thinned = run(tmp_path / "chain", 120)
-    assert thinned.thin == 3
-    np.testing.assert_array_equal(thinned.chain, whole.chain[:, 2::3])
-    assert (thinned.n_steps, thinned.n_warmup) == (108, 12)
-    same(run(tmp_path / "chain", 120), thinned)
+def test_a_long_chain_is_thinned(tmp_path, monkeypatch):
+    """Where a chain takes too much room every second step is forgotten, and lengths still count in steps."""
+    whole = run(None, 400)
+    monkeypatch.setattr(sampler, "CHAIN_BYTES", 200 * 1024)  # a step has 4 ensembles of 16 walkers of 2 numbers
+    thinned = run(tmp_path / "chain", 400)
+    assert thinned.thin == 2
+    np.testing.assert_array_equal(thinned.chain, whole.chain[:, 1::2])
+    assert (thinned.n_steps, thinned.n_warmup) == (360, 40)
+    assert thinned.acceptance == pytest.approx(whole.acceptance, abs=1e-3)  # of the steps that were kept at first
+    same(run(tmp_path / "chain", 400), thinned)
