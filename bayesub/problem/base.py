@@ -19,6 +19,7 @@ from bayesub.problem.distributions import WHITE, Prior, joined
 from bayesub.problem.disturbances import of_history, of_process
 from bayesub.problem.likelihoods import Normal
 from bayesub.problem.nuisance import ON_READINGS
+from bayesub.problem.priors import relative_normal
 from bayesub.sensors.record import Record
 
 if TYPE_CHECKING:
@@ -208,6 +209,12 @@ class PosteriorDensity(Viewed):
         sets = np.repeat(self.xi[None], len(parameters), axis=0)
         sets[:, self.columns] = parameters[:, : self.n_coefficients]
         return sets
+
+    def held(self, parameters: np.ndarray) -> Self:
+        """The problem of the other parameters, with the coefficients of parameters (n_params,)."""
+        (xi,) = self.coefficient_sets(parameters)
+        spread = relative_normal(1.0)  # has no parameters
+        return self.of_trials(lambda trial: trial.view(columns=trial.columns[:0], xi=xi, spread=spread))
 
     def log_prior(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log prior densities."""

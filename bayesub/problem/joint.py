@@ -1,6 +1,6 @@
 """Several trials of one vehicle as one inference problem."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
@@ -32,6 +32,7 @@ class JointProblem(PosteriorDensity):
     Parameters
     ----------
     problems : name of a trial -> Problem, of the same vehicle with the same `prior`
+    own : names of parameters of the boat that each trial has for itself all the same, such as "bias_rudder_deg"
 
     Raises
     ------
@@ -50,8 +51,8 @@ class JointProblem(PosteriorDensity):
     heavy_tailed : whether any noise of any trial is
     """
 
-    def __init__(self, problems: Mapping[str, TrialProblem]):
-        self.problems = dict(problems)
+    def __init__(self, problems: Mapping[str, TrialProblem], own: Iterable[str] = ()):
+        self.problems, self.own = dict(problems), tuple(own)
         _check(list(self.problems.values()))
         trials, (first, *_) = self.problems.values(), self.problems.values()
         self.vehicle, self.equations = first.vehicle, first.equations
@@ -59,7 +60,7 @@ class JointProblem(PosteriorDensity):
         self.columns = np.unique(np.concatenate([trial.columns for trial in trials]))
         self.n_coefficients = len(self.columns)
         self.coefficient_prior = self.spread.on(self.columns, self.xi, self.equations)
-        self.nuisance_priors, renamed = _shared(self.problems)
+        self.nuisance_priors, renamed = _shared(self.problems, self.own)
         self.names = (*coefficient_names(self.equations, self.columns), *self.nuisance_priors)
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)
         places = {name: k for k, name in enumerate(self.names)}
@@ -179,11 +180,12 @@ class JointProblem(PosteriorDensity):
     def of_trials(self, change: Callable[[TrialProblem], TrialProblem]) -> "JointProblem":
         """The joint problem of what `change` makes of each trial; itself if it changes none."""
         changed = {name: change(problem) for name, problem in self.problems.items()}
-        return self if all(changed[name] is self.problems[name] for name in changed) else JointProblem(changed)
+        same = all(changed[name] is self.problems[name] for name in changed)
+        return self if same else JointProblem(changed, self.own)
 
     def without(self, trial: str) -> "JointProblem":
         """The joint problem of all other trials; InputError if there is none."""
-        return JointProblem({name: problem for name, problem in self.problems.items() if name != trial})
+        return JointProblem({name: problem for name, problem in self.problems.items() if name != trial}, self.own)
 
     def log_likelihoods(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """The contribution (n_batch,) of each channel of each trial, as ``yaw[first]``."""
@@ -227,13 +229,14 @@ def _check(problems) -> None:
             raise InputError(text, "conflict", "problems")
 
 
-def _shared(problems) -> tuple[dict[str, Prior], dict[str, list[str]]]:
+def _shared(problems, own) -> tuple[dict[str, Prior], dict[str, list[str]]]:
     """Prior of each nuisance parameter of all trials, and the names that the parameters of each trial have there."""
     priors: dict[str, Prior] = {}
     names: dict[str, list[str]] = {}
     for trial, problem in problems.items():
         renamed = {
-            name: name if of_boat(name, problem.vehicle) else f"{name}[{trial}]" for name in problem.nuisance_priors
+            name: name if of_boat(name, problem.vehicle) and name not in own else f"{name}[{trial}]"
+            for name in problem.nuisance_priors
         }
         for name, prior in problem.nuisance_priors.items():
             if priors.setdefault(renamed[name], prior) != prior:

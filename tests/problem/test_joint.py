@@ -141,3 +141,27 @@ def test_a_joint_problem_has_the_methods_of_a_problem(trials, rng):
     assert (joint.costs.jacobians, joint.costs.simulations) == (before[0] + 2, before[1] + 4)
     assert list(joint.nuisance_priors) == ["yaw0_deg[spiral]", "Izz_kgm2", "yaw0_deg[zigzag]"]
     assert joint.coefficient_prior.mean.tolist() == trials["spiral"].coefficient_prior.mean.tolist()
+
+
+def test_a_trial_may_have_a_parameter_of_the_boat_for_itself(trials):
+    """As many copies of it as trials, in views and without one trial too; the likelihoods are those of each copy."""
+    joint = JointProblem(trials, own=("Izz_kgm2",))
+    own = ("yaw0_deg[spiral]", "Izz_kgm2[spiral]", "yaw0_deg[zigzag]", "Izz_kgm2[zigzag]")
+    assert joint.names == (*FREE, *own)
+    parameters = joint.prior.mean + 0.1 * joint.prior.sd
+    parts = [problem.log_likelihood(values)[0] for _, problem, values in joint.each_trial(parameters)]
+    assert joint.log_likelihood(parameters)[0] == pytest.approx(sum(parts), rel=1e-14)
+    assert joint.widened(2.0).names == joint.names
+    assert joint.without("spiral").names == (*FREE, *own[2:])
+
+
+def test_held_coefficients_leave_the_other_parameters(trials, rng):
+    """Of one trial and of several the likelihood is the same, and its derivatives are those columns."""
+    for problem in (trials["spiral"], JointProblem(trials)):
+        parameters = problem.prior.mean + 0.1 * problem.prior.sd * rng.standard_normal(problem.n_params)
+        held = problem.held(parameters)
+        others = parameters[len(FREE) :]
+        assert held.names == problem.names[len(FREE) :]
+        assert held.log_likelihood(others)[0] == pytest.approx(problem.log_likelihood(parameters)[0], rel=1e-12)
+        expected = problem.jacobian(parameters)[:, len(FREE) :]
+        np.testing.assert_allclose(held.jacobian(others), expected, rtol=1e-9, atol=1e-12)
