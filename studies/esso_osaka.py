@@ -108,7 +108,7 @@ class Ship:
 
     def __init__(self, folder):
         self.folder = folder
-        self.boat = bs.load_vehicle("esso_osaka")
+        self.boat = bs.load_vehicle(Path(__file__).parent / "esso_osaka" / "vehicle.toml")
         self.prior = bs.priors.from_vehicle(self.boat)
         self.forces = bs.UnknownDisturbance(("X", "Y", "N"), FORCES, FORCE_S, "matern_3_2", KNOT_S)
 

@@ -47,10 +47,7 @@ def features(actuators: Actuators, i: int, subproblem: str | None) -> list[Featu
     ends[:, i] = 1.0, -1.0
     ahead, astern = actuators.kernel_controls(ends, np.zeros(2), subproblem)
     of_square, of_size = 0.5 * (ahead - astern), 0.5 * (ahead + astern)
-    return [
-        Feature(of_square, lambda v: v * np.abs(v), lambda v: 2.0 * np.abs(v)),
-        Feature(of_size, np.abs, np.sign),
-    ]
+    return [Feature(of_square, lambda v: v * np.abs(v), lambda v: 2.0 * np.abs(v)), Feature(of_size, np.abs, np.sign)]
 
 
 class ControlHistories:

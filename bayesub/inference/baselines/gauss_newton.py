@@ -16,11 +16,7 @@ _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 @np.errstate(over="ignore", invalid="ignore")  # what runs away has an infinite cost, from which a search steps back
 def gauss_newton(
-    problem: Searchable,
-    start: np.ndarray | None = None,
-    *,
-    tolerance: float = 1e-3,
-    max_iterations: int = 60,
+    problem: Searchable, start: np.ndarray | None = None, *, tolerance: float = 1e-3, max_iterations: int = 60
 ) -> Estimate:
     """Minimise ``deviance + |t|^2``, minus twice the log posterior but for a constant, by damped Gauss-Newton steps.
 

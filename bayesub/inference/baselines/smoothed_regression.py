@@ -42,11 +42,8 @@ def smoothed_regression(problem: Smoothable, *, rounds: int = 2) -> Estimate:
         guess = dict(zip(problem.names, parameters, strict=True))
         fit = linear_least_squares(problem.linear_systems(parameters), guess)
         parameters[[problem.names.index(name) for name in fit.names]] = fit.values
-    status, costs = (
-        f"{fit.statuses[0]}; smoothing {motion.statuses[0]}",
-        (problem.costs.simulations, problem.costs.jacobians),
-    )
+    statuses = (f"{fit.statuses[0]}; smoothing {motion.statuses[0]}",)
     return replace(
-        fit, method="smoothed regression", statuses=(status,), seconds=time.perf_counter() - began,
-        evaluations=costs[0] - before[0], jacobians=costs[1] - before[1],
+        fit, method="smoothed regression", statuses=statuses, seconds=time.perf_counter() - began,
+        evaluations=problem.costs.simulations - before[0], jacobians=problem.costs.jacobians - before[1],
     )  # fmt: skip

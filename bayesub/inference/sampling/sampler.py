@@ -100,11 +100,11 @@ def sample(
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine, moves)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
             while True:
-                if run.n_kept and (run.n_steps >= max_steps or run.n_kept in _looks(run.n_kept)):
+                if run.n_kept and (run.n_kept * run.state.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
                     posterior = run.posterior(criteria)
                     if progress is not None:
                         progress.update(*_pace(posterior, max_steps))
-                    if run.n_steps >= max_steps or posterior.converged or posterior.stuck(max_steps):
+                    if run.n_kept * run.state.thin >= max_steps or posterior.converged or posterior.stuck(max_steps):
                         return posterior
                 look = next(k for k in _looks() if k > run.n_kept)
                 run.advance(min(look, -(-max_steps // run.state.thin)), interrupted)
@@ -178,10 +178,6 @@ class _Run:
     @property
     def n_kept(self) -> int:
         return sum(len(block.chain) for block in self.blocks)
-
-    @property
-    def n_steps(self) -> int:
-        return self.n_kept * self.state.thin
 
     def advance(self, n_kept: int, interrupted: Callable[[], bool]) -> None:
         """Sample until `n_kept` steps are kept, block by block; KeyboardInterrupt after the block in hand."""

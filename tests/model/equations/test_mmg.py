@@ -1,6 +1,7 @@
 """The set `mmg` and the ship `esso_osaka`: forces typed here once more, rest, a propeller astern, wind in a log."""
 
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,9 +9,9 @@ from support.refusals import refused
 
 import bayesub as bs
 from bayesub.model.manoeuvres import Manoeuvre, straight_and_level
-from bayesub.study.new import files
 
 X, Y, N = 0, 1, 5
+SHIP = Path(__file__).parents[3] / "studies" / "esso_osaka" / "vehicle.toml"
 WIND = "wind_along_mps", "wind_across_mps"
 HEAD = (
     'name = "mine"\ntitle = ""\n[controls]\n{}\n[terms.X]\n'
@@ -20,7 +21,7 @@ HEAD = (
 
 @pytest.fixture(scope="module")
 def ship():
-    return bs.load_vehicle("esso_osaka")
+    return bs.load_vehicle(SHIP)
 
 
 def forces(ship, u, v, r, turns, angle, along, across):
@@ -128,15 +129,15 @@ def test_a_log_with_wind(bayesub, tmp_path, monkeypatch):
     gusts = 2.0 + np.sin(times / 5.0), 1.0 + np.cos(times / 7.0)
     rows = np.column_stack([times, 10.0 * np.sin(times / 10.0), 600.0 * np.cos(times / 15.0), *gusts])
     np.savetxt("in.csv", rows, delimiter=",", comments="", header=f"time_s,rudder_deg,rpm,{WIND[0]},{WIND[1]}")
-    assert bayesub("simulate", "esso_osaka", "in.csv", "-o", "track.csv")[0] == 0
-    assert bayesub("simulate", "esso_osaka", "in.csv", "-o", "log.csv", "--sensors", "autosub")[0] == 0
+    assert bayesub("simulate", str(SHIP), "in.csv", "-o", "track.csv")[0] == 0
+    assert bayesub("simulate", str(SHIP), "in.csv", "-o", "log.csv", "--sensors", "autosub")[0] == 0
     track = np.genfromtxt("track.csv", delimiter=",", names=True)
     assert {*WIND, "rpm", "rudder_deg"} <= set(track.dtype.names)
     np.testing.assert_allclose(track["wind_across_mps"], np.interp(track["time_s"], times, gusts[1]), rtol=1e-9)
-    assert bayesub("check", "esso_osaka", "log.csv")[0] == 0
+    assert bayesub("check", str(SHIP), "log.csv")[0] == 0
     still = np.column_stack([rows[:, :3], 0.0 * rows[:, 3:]])
     np.savetxt("still.csv", still, delimiter=",", comments="", header=f"time_s,rudder_deg,rpm,{WIND[0]},{WIND[1]}")
-    assert bayesub("simulate", "esso_osaka", "still.csv", "-o", "calm.csv")[0] == 0
+    assert bayesub("simulate", str(SHIP), "still.csv", "-o", "calm.csv")[0] == 0
     assert abs(track["y_m"] - np.genfromtxt("calm.csv", delimiter=",", names=True)["y_m"])[-1] > 0.3
 
 
@@ -160,7 +161,7 @@ def test_a_column_of_the_motion_is_no_control(tmp_path):
 def test_terms_of_the_propeller_need_its_speed(ship, vehicle_with, tmp_path):
     """Of the speed of trials: otherwise a term of n/k0 would have any size."""
     path = tmp_path / "ship.toml"
-    path.write_text(files.copied_vehicle("mine", "esso_osaka"))
+    path.write_text(SHIP.read_text())
     content = tomllib.loads(path.read_text())
     assert content["propulsion"]["rpm"] / content["trial"]["speed_mps"] == pytest.approx(ship.rpm_per_mps)
     del content["propulsion"]["rpm"]
