@@ -57,15 +57,11 @@ def exact():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_regression_with_unknown_noise(kind):
-    """Moments of the closed form; and negative control, not those of half the variance.
-
-    A density that is no sum of squares holds a walker far out in one run of six, which is then not called converged.
-    """
+    """Moments of the closed form; and negative control, not those of half the variance."""
     model = KINDS[kind]()
     assert isinstance(model, Sampled)
-    seeds = (1,) if isinstance(model, bs.LeastSquaresModel) else (1, 2, 3, 4)
-    runs = (bs.sample(model, rng=np.random.default_rng(seed), max_steps=4_000) for seed in seeds)
-    posterior = next(run for run in runs if run.converged)
+    posterior = bs.sample(model, rng=np.random.default_rng(1))
+    assert posterior.converged
     assert posterior.acceptance > 0.8
     chain = posterior.chain.copy()
     chain[..., 3] = np.log(chain[..., 3])

@@ -16,8 +16,9 @@ would lie in the tails.)
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
 where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread. In the end a
 richer polynomial, with more active directions and products of four, is fitted to draws of the last round. All draws
-that it is fitted to are such at twice the variance of the readings, so that it holds in the tails as well: fitted to
-draws of the posterior it is better in the middle, and walkers are held where it is too low.
+that it is fitted to are such at twice the variance of the readings (a tenth more, of a density without residuals), so
+that it holds in the tails as well: fitted to draws of the posterior it is better in the middle, and walkers are held
+where it is too low.
 """
 
 import os
@@ -29,7 +30,7 @@ import numba
 import numpy as np
 from scipy import linalg
 
-from bayesub.inference.interface import Emulated, Progress
+from bayesub.inference.interface import Emulated, Modal, Progress
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.hmc import log_densities, reflecting_trajectories, trajectories, with_gradients
 from bayesub.inference.sampling.polynomial import PLAIN, RICH, Polynomials, fitted, n_features
@@ -63,6 +64,7 @@ _ADAPTED = 3  # rounds, at most, before which the problem is adapted
 _STOPS, _MAX_WALKS = 3, 6  # walks that show how the sheet bends; as often until walkers spread no further
 _STEADY = 1.2  # ratio of the draws' spreads in one coordinate while they walk on, below which rounds may end
 _HOT = 2.0  # temperature of the draws that it is fitted to; of draws at one it is too low in the tails
+_WARM = 1.1  # that of a density without residuals, whose rows go astray far out
 # The fit.
 _SPAN = 0.03  # sd; directions of the residuals that vary less are left out
 _SPANNING = 300  # simulations that show which
@@ -216,7 +218,7 @@ def learn(
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)
     n_fitted, n_bent = _DRAWS * n_terms + _MORE, _BENDING * n_terms + _MORE
-    y = geometry.draws(rng, n_fitted)
+    y, heat = geometry.draws(rng, n_fitted), _WARM if isinstance(problem, Modal) else _HOT
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
@@ -225,17 +227,17 @@ def learn(
         seen = _Simulations(problem, geometry)
         seen.add(y[-n_fitted:])
         surrogate = seen.surrogate(geometry.active)
-        y, change = _straighten(surrogate, y, n_bent, n_fitted, _HOT, rng)
+        y, change = _straighten(surrogate, y, n_bent, n_fitted, heat, rng)
         if n + 1 >= _ROUNDS and change < _STEADY:
             break
     y, _ = _straighten(surrogate, y, n_bent, _WALKERS, 1.0, rng)
-    return _refine(problem, surrogate, y, rng, seen)
+    return _refine(problem, surrogate, y, rng, seen, heat)
 
 
-def _refine(problem, surrogate, y, rng, seen):
+def _refine(problem, surrogate, y, rng, seen, heat):
     """A richer surrogate from draws y (n, n_params) of a plain one and what was `seen` to fit that, and draws of it.
 
-    It is fitted to draws of the one before at a higher temperature besides, and again to as many more, until enough of
+    It is fitted to draws of the one before at a temperature `heat` besides, and again to as many more, until enough of
     its own draws would be accepted, proposed one after another, or no more than before.
     """
     geometry, best = surrogate.geometry, 0.0
@@ -243,7 +245,7 @@ def _refine(problem, surrogate, y, rng, seen):
     n_wanted = _DRAWS * n_features(active.shape[0], active.shape[1], RICH) + _MORE
     for k in range(1, _REFINEMENTS + 1):
         n_stops = max(-(-(k * n_wanted - seen.n) // len(y)), 1)
-        _, *stops = _wander(surrogate, y, 1 + n_stops, _HOT, rng)
+        _, *stops = _wander(surrogate, y, 1 + n_stops, heat, rng)
         seen.add(np.concatenate(stops))
         surrogate = seen.surrogate(active, RICH)
         surrogate.flies = bool(np.mean(_walk(surrogate, y, rng, reflects=False, length=1)[2]) > _ACCEPTED)
