@@ -98,8 +98,7 @@ def check(problem: AnyProblem, title: str) -> DataCard:
 
     Raises
     ------
-    InputError
-        If the simulation fails there, or readings weigh more than can be squared.
+    InputError : if the simulation fails there, or readings weigh more than can be squared
     """
     channels, rows, durations = [], [], {}
     positions, others = np.arange(problem.n_params), problem.others

@@ -90,13 +90,11 @@ def leave_one_out(
 
     Returns
     -------
-    dict of str to Prediction
-        By trial.
+    dict of str to Prediction: by trial
 
     Raises
     ------
-    InputError
-        For one trial, and for a trial that is too short to be judged after its warm-up.
+    InputError : for one trial, and for a trial that is too short to be judged after its warm-up
     """
     predictions = {}
     for (name, trial), own in zip(left_out(joint).items(), rng.spawn(len(joint.problems)), strict=True):

@@ -44,10 +44,8 @@ class InputError(ValueError):
 
     Parameters
     ----------
-    message : str
-        What is wrong, where, and what helps; it passes :func:`one_line`.
-    kind : str
-        One of :data:`KINDS`, for programs and tests, which do not read sentences.
+    message : what is wrong, where, and what helps; it passes :func:`one_line`
+    kind : one of :data:`KINDS`, for programs and tests, which do not read sentences
     key : str
         What it is about: the key, column, option, name or argument, without its file and its value.
     """

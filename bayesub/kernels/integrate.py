@@ -348,10 +348,8 @@ def integrate(
 
     Returns
     -------
-    states : (n_batch, n_times, n_outputs) array
-        Not a number from the failure of a member on.
-    status : (n_batch,) array
-        OK, DIVERGED or LEFT_ENVELOPE.
+    states : (n_batch, n_times, n_outputs) array: not a number from the failure of a member on
+    status : (n_batch,) OK, DIVERGED or LEFT_ENVELOPE
     """
     coefficients, body, initial, stages, amounts, times = map(
         plain, (coefficients, body, initial, stages, amounts, times)

@@ -387,23 +387,17 @@ def sensitivities(
 
     Parameters
     ----------
-    variations : Variations
-        Changes of the controls whose amounts are parameters, n_variations of them.
+    variations : changes of the controls whose amounts are parameters, n_variations of them
     slots : (n_variations, 6) array
         Number, from zero, of the force along each axis that a change makes, or -1 where none is asked for.
-    parameters : (n_body,) array
-        Positions in the body vector of the body parameters.
+    parameters : (n_body,) positions in the body vector of the body parameters
     sources : (n,) array
         Whose force a column has: coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and after
         these the slots.
-    factors : (n,) array
-        Factor of that force.
-    axes : (n,) array
-        Axis 0 .. 5 along which it acts.
-    initial : (n, N_STATES) array
-        Sensitivities at the start, and at each of the restarts.
-    restarts : (n_restarts,) array
-        Ascending numbers of steps.
+    factors : (n,) factor of that force
+    axes : (n,) axis 0 .. 5 along which it acts
+    initial : (n, N_STATES) sensitivities at the start, and at each of the restarts
+    restarts : (n_restarts,) ascending numbers of steps
     """
     coefficients, body, history, stages, times, factors = map(
         plain, (coefficients, body, history, stages, times, factors)

@@ -114,8 +114,7 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
 
     Raises
     ------
-    InputError
-        With file, key and remedy.
+    InputError : with file, key and remedy
     """
     log_map = toml_files.read_toml(path, LogMap)
     if None not in (kind, log_map.kind) and log_map.kind != kind:

@@ -33,15 +33,12 @@ def regressors(states: np.ndarray, accelerations: np.ndarray, controls: np.ndarr
     ----------
     states : (n, 12) array
         m, rad, m/s, rad/s.
-    accelerations : (n, 6) array
-        Body accelerations, m/s^2 and rad/s^2.
-    controls : (n, 3) array
-        Angles of rudder, bow plane and stern plane, rad.
+    accelerations : (n, 6) body accelerations, m/s^2 and rad/s^2
+    controls : (n, 3) angles of rudder, bow plane and stern plane, rad
 
     Returns
     -------
-    dict of str to array
-        Axis -> (n, n_columns); columns in the order of the table, without the factor (rho/2) l^power.
+    dict of str to array: axis -> (n, n_columns); columns in the order of the table, without the factor (rho/2) l^power
     """
     with_propeller = np.column_stack([controls, np.zeros(len(controls))])  # no term of these has its speed
     return EQUATIONS.regressors(states, accelerations, with_propeller, np.zeros(1))

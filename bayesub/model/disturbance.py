@@ -165,20 +165,16 @@ class Disturbance:
 
     Attributes
     ----------
-    axes : tuple of str
-        Of X Y Z K M N, north and east.
-    sds : (n_axes,) array
-        Standard deviations, N, N m and m/s.
+    axes : of X Y Z K M N, north and east
+    sds : (n_axes,) standard deviations, N, N m and m/s
     correlation_time_s : float
     kind : str
         "ornstein_uhlenbeck" or "matern_3_2", of the forces; a current is of the latter kind.
-    correlation_time_current_s : float or None
-        Correlation time of the current, if it is not that of the forces.
+    correlation_time_current_s : correlation time of the current, if it is not that of the forces
 
     Raises
     ------
-    InputError
-        For an axis or kind that does not exist, and for numbers that are not positive.
+    InputError : for an axis or kind that does not exist, and for numbers that are not positive
     """
 
     axes: tuple[str, ...]

@@ -40,18 +40,15 @@ def linear_systems(
 
     Parameters
     ----------
-    trajectory : Trajectory or Motion
-        Simulated, or anything with the same attributes that was measured.
-    member : int
-        Which of the batch.
+    trajectory : simulated, or anything with the same attributes that was measured
+    member : which of the batch
     free : iterable of str, optional
         Names of coefficients to be columns, by default all; the others move to the load with their values in the
         trajectory.
 
     Returns
     -------
-    dict of str to LinearSystem
-        By axis.
+    dict of str to LinearSystem: by axis
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]

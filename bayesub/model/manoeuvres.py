@@ -23,28 +23,23 @@ class Manoeuvre:
     Attributes
     ----------
     name : str
-    times : (n,) array
-        Ascending from zero, s.
+    times : (n,) ascending from zero, s
     controls : (n, n_controls) array
         Those of the vehicle's equations, SI units: of submarines rudder, bow plane and stern plane, rad.
-    rpm : (n,) array
-        Propeller speed.
+    rpm : (n,) propeller speed
     initial_state : (12,) array
         Straight and level, at the vehicle's trial speed, and at its trial depth or that of the file.
     subproblem : str or None
         Plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical".
     description : str
-    columns : tuple of str
-        Short names of the controls, by default those of the submarine's three.
+    columns : short names of the controls, by default those of the submarine's three
     inputs : (n, n_actuators) array or None
         Of the actuators in the columns of a log, SI units, of which `controls` are the mix; None of a vehicle whose
         actuators are the controls themselves.
-    input_columns : tuple of str
-        Short names of these columns.
+    input_columns : short names of these columns
     commanded : tuple of str
         Short names of the controls or actuators whose histories are commands, each of which holds until the next.
-    prescribed : tuple of Prescribed
-        Angles that the boat follows instead of being turned by moments.
+    prescribed : angles that the boat follows instead of being turned by moments
     """
 
     name: str
@@ -101,8 +96,7 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
 
     Raises
     ------
-    InputError
-        With file, key and remedy.
+    InputError : with file, key and remedy
     """
     if str(name).startswith("random:"):
         seed = str(name).removeprefix("random:")

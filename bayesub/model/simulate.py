@@ -41,17 +41,14 @@ def simulate(
     ----------
     vehicle : Vehicle
     manoeuvre : Manoeuvre
-    xi : (n_terms,) or (n_batch, n_terms) array, optional
-        Non-dimensional coefficients; by default the vehicle's own.
-    sample : float, optional
-        Output interval, s; by default the spacing of the control history.
+    xi : (n_terms,) or (n_batch, n_terms) non-dimensional coefficients; by default the vehicle's own
+    sample : output interval, s; by default the spacing of the control history
     actuators : dict of str to float, optional
         What is wrong with the log of the actuators: nuisance parameters -> values, such as ``{"delay_rudder_s": 0.4}``.
     disturbance : Disturbance or ForceHistory, optional
         Forces that the equations leave out, for all members: a process, of which one history is sampled at the
         integration step, or the history itself.
-    rng : Generator, optional
-        Of that history.
+    rng : of that history
     dt : float, optional
         Integration step, s; by default a tenth (:func:`true_step`) of the one that keeps the position within 5 cm
         (:func:`choose_step`), so that a record of the motion does not come from the integrator that fits it.
@@ -64,8 +61,7 @@ def simulate(
 
     Raises
     ------
-    InputError
-        For an option or coefficients that cannot be, and if no step is short enough.
+    InputError : for an option or coefficients that cannot be, and if no step is short enough
     """
     xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
     n = len(vehicle.xi)
@@ -111,16 +107,13 @@ def accelerations(
     vehicle : Vehicle
     states : (n, 12) array
         m, rad, m/s, rad/s.
-    controls : (n, n_controls) array
-        Of the equations, SI units.
+    controls : (n, n_controls) of the equations, SI units
     rpm : (n,) array or float
-    inputs : (n, n_actuators) array, optional
-        Of the actuators, of which the propellers and thrusters push; by default at rest.
+    inputs : (n, n_actuators) of the actuators, of which the propellers and thrusters push; by default at rest
 
     Returns
     -------
-    (n, 6) array
-        udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2).
+    (n, 6) array: udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2)
     """
     states = np.ascontiguousarray(states, dtype=float)
     ordered = np.empty((len(states), len(vehicle.equations.controls) + 1))

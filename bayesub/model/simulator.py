@@ -239,10 +239,8 @@ class Simulator:
 
         Returns
         -------
-        states : (n_batch, n_times, n_outputs) array
-            At the output times.
-        status : (n_batch,) array
-            Positions in STATUS.
+        states : (n_batch, n_times, n_outputs) array: at the output times
+        status : (n_batch,) positions in STATUS
         """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
@@ -316,8 +314,7 @@ class Simulator:
 
         Returns
         -------
-        (n_times, n_outputs, n_parameters) array
-            Not a number from the failure of the simulation on.
+        (n_times, n_outputs, n_parameters) array: not a number from the failure of the simulation on
         """
         flight = self._flight(xi, body, initial, amounts)
         parameters = tuple(parameters)

@@ -28,16 +28,12 @@ class Trajectory(Displayed):
         s.
     states : (n_batch, n_times, 12) array
         m, rad, m/s, rad/s; not a number from the failure of a member on.
-    controls : (n_times, n_controls) array
-        Of the equations, SI units, at `times`.
-    rpm : (n_times,) array
-        At `times`.
+    controls : (n_times, n_controls) of the equations, SI units, at `times`
+    rpm : (n_times,) at `times`
     status : (n_batch,) array of str
         "ok", "diverged" or "left_envelope".
-    simulator : Simulator
-        What was run, so that the motion can be sampled at other times.
-    xi : (n_batch, n_terms) array
-        Coefficients that were run.
+    simulator : what was run, so that the motion can be sampled at other times
+    xi : (n_batch, n_terms) coefficients that were run
     """
 
     times: np.ndarray

@@ -44,29 +44,19 @@ class Vehicle(Displayed):
     ----------
     name : str
     description : str
-    reference : str
-        Where the numbers come from.
+    reference : where the numbers come from
     length_m : float
     water_density_kgm3 : float
-    speed_mps : float
-        At which trials begin.
-    depth_m : float
-        At which trials begin.
-    rpm_per_mps : float
-        Propeller speed that self-propels, for a speed of 1 m/s.
-    actuators : Actuators
-        What moves the controls of the equations, and pushes from outside.
-    body : (N_BODY,) array
-        All else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`.
-    xi : (n_terms,) array
-        Coefficients in the order and the units of the equations.
-    sd : (n_terms,) array
-        Their standard deviations, not a number where the file gives none.
+    speed_mps : at which trials begin
+    depth_m : at which trials begin
+    rpm_per_mps : propeller speed that self-propels, for a speed of 1 m/s
+    actuators : what moves the controls of the equations, and pushes from outside
+    body : (N_BODY,) all else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`
+    xi : (n_terms,) coefficients in the order and the units of the equations
+    sd : (n_terms,) their standard deviations, not a number where the file gives none
     equations : EquationSet
-    hull : (3, n) array or None
-        Positions from tail to nose, heights and breadths, m.
-    correlation : (n_terms, n_terms) array or None
-        Of what has a standard deviation; None if the file gives none.
+    hull : (3, n) positions from tail to nose, heights and breadths, m
+    correlation : (n_terms, n_terms) of what has a standard deviation; None if the file gives none
     """
 
     name: str
@@ -236,15 +226,12 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
 
     Parameters
     ----------
-    name : str or Path
-        Built-in name, or path.
-    located : callable
-        Where a file is, by its path; a run folder has copies. By default there.
+    name : built-in name, or path
+    located : where a file is, by its path; a run folder has copies. By default there
 
     Raises
     ------
-    InputError
-        With file, key and remedy.
+    InputError : with file, key and remedy
     """
     path = toml_files.find(located(str(name)), "vehicles")
     lines = {line.partition("#")[0].strip() for line in toml_files.read_text(path).splitlines()}

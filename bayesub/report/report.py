@@ -59,36 +59,25 @@ def write_report(
 
     Parameters
     ----------
-    folder : str or Path
-        Made if it does not exist.
-    problem : Problem or JointProblem
-        What was solved.
-    estimates : sequence of Estimate
-        By the baselines; may be empty.
-    spectrum : Spectrum
-        From :func:`bayesub.inference.identifiability.fisher`, with the draws of the posterior.
-    posterior : Posterior
-        From :func:`bayesub.sample`.
-    study : ReportedStudy, optional
-        The study that asked.
-    check : CrossCheck, optional
-        From :func:`bayesub.cross_check`.
-    predictions : sequence of TrialPrediction
-        Of trials that were not fitted.
+    folder : made if it does not exist
+    problem : what was solved
+    estimates : by the baselines; may be empty
+    spectrum : from :func:`bayesub.inference.identifiability.fisher`, with the draws of the posterior
+    posterior : from :func:`bayesub.sample`
+    study : the study that asked
+    check : from :func:`bayesub.cross_check`
+    predictions : of trials that were not fitted
     quantities : sequence of Quantity
         That follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`).
-    pdf : bool
-        Whether every figure is saved as PDF too, beside the PNG.
+    pdf : whether every figure is saved as PDF too, beside the PNG
 
     Returns
     -------
-    dict
-        The content of ``numbers.json``: "converged" among "convergence", the sentences under "verdict".
+    dict: the content of ``numbers.json``: "converged" among "convergence", the sentences under "verdict"
 
     Raises
     ------
-    InputError
-        If the folder cannot be written to.
+    InputError : if the folder cannot be written to
     """
     asked = study or ReportedStudy(problem.vehicle.name, "")
     results = Results(problem, estimates, spectrum, posterior, check, asked.seed, predictions, quantities)

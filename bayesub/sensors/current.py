@@ -57,8 +57,7 @@ def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, fl
     ----------
     states : (.., n_times, 12) through the water, from :func:`bayesub.simulate`
     times : (n_times,), s
-    current : (2,) or Water
-        Constant, to the north and to the east, m/s; or how the water moves at these times.
+    current : (2,) constant, to the north and to the east, m/s; or how the water moves at these times
 
     Returns
     -------

@@ -142,13 +142,11 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
 
     Returns
     -------
-    Estimate
-        Of the last search; its costs are those of all searches.
+    Estimate: of the last search; its costs are those of all searches
 
     Raises
     ------
-    ValueError
-        If the simulation fails at the start even on the shortest part of the record.
+    ValueError : if the simulation fails at the start even on the shortest part of the record
     """
     before = problem.costs.simulations, problem.costs.jacobians
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)

@@ -61,8 +61,7 @@ def read(
 
     Raises
     ------
-    InputError
-        For a file that is not of this kind or is not whole, and for a library that is not installed.
+    InputError : for a file that is not of this kind or is not whole, and for a library that is not installed
     """
     log_map, by_file = log_map or LogMap(), KINDS[kind].is_by_file
     if log_map.where and KINDS[kind].module != "table":

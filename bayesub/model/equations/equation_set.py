@@ -107,10 +107,8 @@ class EquationSet:
         6, or 3 for surge, sway and yaw.
     rigid_body_terms : str
         "separate", or "in_coefficients" if the velocity terms of the rigid body are part of the coefficients.
-    speed : str
-        To which the speed powers refer: "trial" (of the vehicle) or "instantaneous".
-    stations : int
-        Points of the integrals along the hull.
+    speed : to which the speed powers refer: "trial" (of the vehicle) or "instantaneous"
+    stations : points of the integrals along the hull
     """
 
     name: str

@@ -118,10 +118,8 @@ def load_equations(name: str | Path, located: Callable[[str], str] = str) -> Equ
 
     Parameters
     ----------
-    name : str or Path
-        Built-in name, or path.
-    located : callable
-        Where a file is, by its path; a run folder has copies. By default there.
+    name : built-in name, or path
+    located : where a file is, by its path; a run folder has copies. By default there
 
     Raises
     ------

@@ -118,23 +118,19 @@ def export(
 
     Parameters
     ----------
-    folder : str or Path
-        The run folder.
-    path : str or Path
-        The file.
+    folder : the run folder
+    path : the file
     kind : str or None
         "vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs", "gazebo", "stonefish" or
         "holoocean" (:data:`FORMATS`); by default that of the suffix.
     fleet : int
         How many draws of the posterior are written for a simulator, each into a file with its number behind the name,
         in place of the means.
-    seed : int
-        Which draws these are.
+    seed : which draws these are
 
     Returns
     -------
-    FinishedRun
-        With the vehicle, the study and the posterior, and what is wrong with the run (``doubt``).
+    FinishedRun: with the vehicle, the study and the posterior, and what is wrong with the run (``doubt``)
 
     Raises
     ------

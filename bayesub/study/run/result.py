@@ -21,25 +21,17 @@ class StudyResult:
 
     Attributes
     ----------
-    name : str
-        Of the study.
-    question : str
-        Of the study.
+    name : of the study
+    question : of the study
     verdict : str
         A key of :data:`bayesub.findings.verdicts.STATUS`: "converged and fits" or what is wrong of a study in TOML;
         "claim holds", "claim failed" or "skipped" (what it needs is not there) of a script; "failed" or "not finished".
-    folder : str
-        The run folder.
-    seconds : float
-        Of work, over all sessions of the run.
-    text : str
-        What the verdict means, the claims that failed, or why the run did or was skipped.
-    sentences : dict of str to str
-        What the posterior says, by topic; empty for a script.
-    shortcomings : tuple of str
-        What is missing for convergence, or of a script the claims that failed.
-    files_sha256 : dict of str to str
-        Name of each file in the folder that the result is of -> its SHA-256; empty for a script.
+    folder : the run folder
+    seconds : of work, over all sessions of the run
+    text : what the verdict means, the claims that failed, or why the run did or was skipped
+    sentences : what the posterior says, by topic; empty for a script
+    shortcomings : what is missing for convergence, or of a script the claims that failed
+    files_sha256 : name of each file in the folder that the result is of -> its SHA-256; empty for a script
     """
 
     name: str

@@ -77,37 +77,27 @@ def run(
 
     Parameters
     ----------
-    study : Study or path
-        As :func:`bayesub.load_study` gives it, or the path of a study in TOML or Python.
-    folder : str or Path
-        The run folder; it is made if it does not exist.
-    resume : bool
-        Continue an interrupted run, bit for bit.
-    force : bool
-        Replace an existing run, which is otherwise refused.
+    study : as :func:`bayesub.load_study` gives it, or the path of a study in TOML or Python
+    folder : the run folder; it is made if it does not exist
+    resume : continue an interrupted run, bit for bit
+    force : replace an existing run, which is otherwise refused
     keep_stale : bool
         Resume although the sources of bayesub or the versions of its libraries are others than those by which the run
         was begun.
-    cross_check : bool
-        Sample with NUTS too and compare; of a study in TOML.
+    cross_check : sample with NUTS too and compare; of a study in TOML
     leave_out : bool
         Fit all trials but one, for each of them, and predict it; of a study in TOML with several trials.
-    pdf : bool
-        Draw every figure as PDF too.
-    progress : Progress
-        Object with the methods ``stage`` and ``update`` (:class:`bayesub.io.terminal.Progress`).
-    executor : Executor
-        What does independent parts; left out, processes of this machine.
+    pdf : draw every figure as PDF too
+    progress : object with the methods ``stage`` and ``update`` (:class:`bayesub.io.terminal.Progress`)
+    executor : what does independent parts; left out, processes of this machine
 
     Returns
     -------
-    StudyResult
-        Verdict, sentences, seconds of work, and the folder.
+    StudyResult: verdict, sentences, seconds of work, and the folder
 
     Raises
     ------
-    InputError
-        For a study that does not fit, before a folder is made, and for a folder that is not free.
+    InputError : for a study that does not fit, before a folder is made, and for a folder that is not free
     RunInterrupted
         For Ctrl-C during the run; a KeyboardInterrupt.
     """
