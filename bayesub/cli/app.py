@@ -26,6 +26,7 @@ COMMANDS = {
     "run": ("Infer", "run:run", "Run a study: fit, sample, judge, report"),
     "report": ("Infer", "finished:report", "Draw figures and report of a run again"),
     "predict": ("Use", "finished:predict", "Predict another manoeuvre or a log by a run"),
+    "next": ("Use", "finished:next_", "Say what to measure or fly next, and what it promises"),
     "export": ("Use", "finished:export", "Write a posterior as vehicle file, draws or table"),
     "compare": ("Use", "finished:compare", "Set the posteriors of several runs side by side"),
     "manual": ("Learn", "manual:manual", "Show a page of the manual"),

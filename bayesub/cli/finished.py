@@ -1,11 +1,21 @@
-"""The commands that take up finished runs: `report`, `export`, `predict` and `compare`."""
+"""The commands that take up finished runs: `report`, `next`, `export`, `predict` and `compare`."""
 
+import json
 from pathlib import Path
 from typing import Any
 
 import click
 
-from bayesub.cli.arguments import MANOEUVRE, PATH, of_predictions, page_folder, pdf_option, plane, verbose_option
+from bayesub.cli.arguments import (
+    MANOEUVRE,
+    PATH,
+    of_predictions,
+    page_folder,
+    pdf_option,
+    plane,
+    seed_option,
+    verbose_option,
+)
 from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.cli.outcome import end, tell
 from bayesub.io.terminal import Bars, say, say_rows
@@ -128,6 +138,39 @@ def predict(
             of_run = f" ({run})" if verdict == numbers["verdict"] else ""
             say(in_words(verdict, numbers["shortcomings"] if of_run else ()) + of_run)
     end(numbers["outcome"])
+
+
+@click.command("next", epilog="Example: bayesub next runs/quickstart --for Yuv --for Nuv -o next.csv")
+@click.argument("run", type=PATH, metavar="RUN")
+@click.option(
+    "--for", "wanted", multiple=True, metavar="NAME", help="A coefficient or quantity to know; may be repeated."
+)
+@click.option("--limits", type=PATH, metavar="FILE", help="Of boat, crew and range (bayesub new limits).")
+@click.option("-o", "--output", type=PATH, metavar="FILE", help="Write the manoeuvre as a control history in CSV.")
+@click.option("--json", "as_json", is_flag=True, help="Values and expected sds as JSON.")
+@seed_option
+def next_(
+    run: Path, wanted: tuple[str, ...], limits: Path | None, output: Path | None, as_json: bool, seed: int
+) -> None:
+    """Say what to measure or fly next, after the run in the folder RUN, to know better what is named.
+
+    Of each way the expected sd is given, in per cent of the one that the run left: the last trial again, with one more
+    instrument, another manoeuvre, which a search of ten seconds finds, and a value from a towing tank.
+    """
+    from bayesub.logs.log_files import write_log
+    from bayesub.study.after.prescription import prescribe
+
+    with Bars() as bars:
+        found = prescribe(run, wanted, limits, seed=seed, progress=bars)
+    if output is not None:
+        write_log(output, {"time": found.manoeuvre.times} | found.manoeuvre.log)
+    if as_json:
+        click.echo(json.dumps(found.to_json(), indent=2))
+        return
+    rows = [("", *(f"{one.name} ({one.unit})" if one.unit else one.name for one in found.asked))]
+    rows += [("now", *(f"{one.value:.3g} ± {sd:.1g}" for one, sd in zip(found.asked, found.before, strict=True)))]
+    rows += [(way, *(f"{100 * ratio:.0f} %" for ratio in sds / found.before)) for way, sds in found.after.items()]
+    say_rows(rows)
 
 
 @click.command(epilog="Example: bayesub compare runs/quickstart runs/longer -o compared")

@@ -15,7 +15,6 @@ HELD, FALSE_ALARMS = (0.87, 0.93), 0.01
 STRANGERS, OF_STRANGERS = "strangers", (0.85, 0.95)  # boats of another simulator, and what 90 % intervals hold of them
 OF_SAMPLING = ("n_params", "seconds", "simulations", "jacobians", "work_per_effective_sample", "acceptance")
 MOST_WORK = 60.0  # simulations an effective sample
-FAILED_INFERRED = 0.15  # share of boats for which importance sampling may fail, if the process is inferred
 _ERRORS = 3.0  # standard errors by which coverage may miss, where boats are few
 _RIGHT = 0.85  # coverage from which widths of intervals are compared
 
@@ -180,8 +179,7 @@ def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
         miss = max(low - coverage["mean"], coverage["mean"] - high, 0.0)
         what = f"{r['group']}, {r['share']}, {r['likelihood']}"
         yield not miss > _ERRORS * coverage["error"], f"{what}: 90 % intervals hold {covered(coverage)}"
-        allowed = FAILED_INFERRED * r["n_boats"] if r["likelihood"] == "inferred" else 0.0
-        yield r["n_failed"] <= allowed, f"{what}: {r['n_failed']} of {r['n_boats']} failed"
+        yield not r["n_failed"], f"{what}: {r['n_failed']} of {r['n_boats']} failed"
     for name in ("log", "track"):
         for share, results in numbers[name]["shares"].items():
             slow, honest = results["slow noise"], results.get("histories")

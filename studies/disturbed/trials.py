@@ -226,7 +226,8 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     """:func:`judged` of the posterior with the histories integrated out, by importance sampling.
 
     The proposals have t distributions, first about the marginal mode and then with the moments of the draws so far,
-    as far as these are many (adaptive multiple importance sampling: Cornuet et al. 2012).
+    as far as these are many (adaptive multiple importance sampling: Cornuet et al. 2012). Where few are effective in the
+    end, the posterior is sampled with the histories.
 
     Parameters
     ----------
@@ -256,6 +257,8 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
         effective = float(1.0 / np.sum(weights**2))
         if n + 1 >= _ROUNDS[0] and effective > _ENOUGH:
             break
+        if n + 1 == _ROUNDS[1] and effective < _TOO_FEW:
+            return sampled(problem, xi, rng=rng)
         share = effective / (effective + _FEW * len(centre))
         centre = share * (weights @ x) + (1.0 - share) * centre
         covariance = share * (x - centre).T @ ((x - centre) * weights[:, None]) + (1.0 - share) * laplace
@@ -265,7 +268,7 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     sds = np.sqrt(weights @ (parameters[:, :n] - means) ** 2)
     below = np.sum(weights[:, None] * (parameters[:, :n] < xi[problem.columns]), axis=0)
     process = dict(zip(marginal.names[n:], (weights @ parameters[:, n:]).tolist(), strict=True))
-    outcome = {"failed": effective < _TOO_FEW, "effective": effective, "process": process}
+    outcome = {"failed": False, "effective": effective, "process": process}
     return judged(problem, xi, means, sds, below) | outcome
 
 

@@ -17,6 +17,7 @@ from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.problem import priors
 from bayesub.problem.distributions import Prior
+from bayesub.problem.disturbances import UnknownDisturbance
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.noise import Noise
 from bayesub.problem.nuisance import find
@@ -44,6 +45,7 @@ class Setup:
     # Poses the problem of another trial of the boat, of a manoeuvre and a record, with free coefficients, prior and
     # disturbance of the study
     pose: Callable[..., Problem]
+    disturbance: UnknownDisturbance | None  # the unmodelled forces of the study
 
     def generator(self, stream: int, *members: int) -> np.random.Generator:
         """Random numbers of a stream of the study's seed (:mod:`bayesub.io.seeds`), from their beginning."""
@@ -123,7 +125,7 @@ def prepare(study: Study, *, run_code: bool = False) -> Setup:
             with error_source(flight.label):
                 unseen.append(flight.section.posed(flight.problem, problem))
         trials = {name: flight.trial for name, flight in fitted.items()}
-        return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose)
+        return Setup(study, vehicle, trials, problem, tuple(unseen), quantities, pose, disturbance)
 
 
 def _flights(study: Study, vehicle: Vehicle) -> Iterator[_Flight]:
