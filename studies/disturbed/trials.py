@@ -226,8 +226,8 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     """:func:`judged` of the posterior with the histories integrated out, by importance sampling.
 
     The proposals have t distributions, first about the marginal mode and then with the moments of the draws so far,
-    as far as these are many (adaptive multiple importance sampling: Cornuet et al. 2012). Where few are effective in the
-    end, the posterior is sampled with the histories.
+    as far as these are many (adaptive multiple importance sampling: Cornuet et al. 2012). Where few are effective in
+    the end, the posterior is sampled with the histories.
 
     Parameters
     ----------

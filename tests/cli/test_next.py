@@ -1,0 +1,61 @@
+"""`bayesub next`: what a further trial, a manoeuvre or a tank value promises, against sums done by hand."""
+
+import json
+
+import numpy as np
+import pytest
+from support import refusals
+
+from bayesub.inference.sampling import posterior_file
+from bayesub.study.after import prescription
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch):
+    """A brief search."""
+    monkeypatch.setattr(prescription, "SEARCH_S", 0.5)
+
+
+def test_promises_are_those_of_the_sums(bayesub, finished, tmp_path):
+    """A tank value by the variance of the draws; a trial again halves it; what is promised is never worse than now."""
+    folder = finished()
+    posterior = posterior_file.load(folder / "posterior.nc")
+    file = tmp_path / "next.csv"
+    status, out, err = bayesub("next", str(folder), "--for", "Nuv", "--json", "-o", str(file))
+    assert status == 0, err
+    (one,) = json.loads(out[out.index("{") :]).values()
+    k = posterior.names.index("Nuv")
+    assert one["sd"] == pytest.approx(posterior.sd[k], rel=1e-6)
+    assert one["value"] == pytest.approx(posterior.mean[k], rel=1e-6)
+    (tank,) = (way for way in one["after"] if "tank" in way)
+    assert tank == "Nuv from a tank, to 5 %"
+    exact = (posterior.sd[k] ** -2 + (0.05 * posterior.mean[k]) ** -2) ** -0.5
+    assert one["after"][tank] == pytest.approx(exact, rel=1e-6)
+    assert one["after"]["the last trial again"] == pytest.approx(one["sd"] / np.sqrt(2.0), rel=0.1)
+    assert max(one["after"].values()) <= one["sd"]
+    assert bayesub("simulate", "auv690", str(file), "-o", str(tmp_path / "track.csv"))[0] == 0
+
+
+def test_by_default_what_the_trial_sees_most_of_and_the_best_way_first(bayesub, finished):
+    """A table with a column for each; ways are in the order of what they leave."""
+    status, out, err = bayesub("next", str(finished()))
+    assert status == 0, err
+    rows = [line for line in out.splitlines() if line.rstrip().endswith("%") and "manoeuvres" not in line]
+    left = [
+        np.mean(np.log([float(word) for word in row.replace("to 5 %", "").replace("%", "").split()[-3:]]))
+        for row in rows
+    ]
+    assert len(rows) == 4
+    assert left == sorted(left)
+
+
+def test_what_is_no_run_or_no_coefficient_of_it_is_refused(bayesub, finished, tmp_path):
+    """In one line."""
+    for arguments, kind, key in (
+        ([str(tmp_path)], "state", "config.toml"),
+        ([str(finished()), "--for", "Zuw"], "conflict", "--for"),
+        ([str(finished()), "--for", "Nonsense"], "unknown", "--for"),
+    ):
+        status, _, err = bayesub("next", *arguments)
+        assert (status, err.count("\n")) == (2, 1)
+        refusals.check(bayesub.error, kind, key)
