@@ -94,11 +94,7 @@ class DataCard:
 def check(problem: AnyProblem, title: str) -> DataCard:
     """The card of a problem of one trial or several, at the centre of its prior.
 
-    `title`: study and vehicle.
-
-    Raises
-    ------
-    InputError : if the simulation fails there, or readings weigh more than can be squared
+    `title`: study and vehicle. InputError if the simulation fails there, or readings weigh more than can be squared.
     """
     channels, rows, durations = [], [], {}
     positions, others = np.arange(problem.n_params), problem.others

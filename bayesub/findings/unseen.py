@@ -77,7 +77,8 @@ def leave_one_out(
     """Predict each trial of several from the others, as ``bayesub run --leave-out`` does.
 
     What the others do not tell of a trial, such as start and current, comes from its warm-up, after which it is judged;
-    coefficients that no other trial has free come from their prior.
+    coefficients that no other trial has free come from their prior. InputError for one trial, and for a trial that is
+    too short to be judged after its warm-up.
 
     Parameters
     ----------
@@ -91,10 +92,6 @@ def leave_one_out(
     Returns
     -------
     dict of str to Prediction: by trial
-
-    Raises
-    ------
-    InputError : for one trial, and for a trial that is too short to be judged after its warm-up
     """
     predictions = {}
     for (name, trial), own in zip(left_out(joint).items(), rng.spawn(len(joint.problems)), strict=True):

@@ -46,8 +46,7 @@ class InputError(ValueError):
     ----------
     message : what is wrong, where, and what helps; it passes :func:`one_line`
     kind : one of :data:`KINDS`, for programs and tests, which do not read sentences
-    key : str
-        What it is about: the key, column, option, name or argument, without its file and its value.
+    key : what it is about: the key, column, option, name or argument, without its file and its value
     """
 
     def __init__(self, message: str, kind: str = "value", key: str = ""):

@@ -391,9 +391,8 @@ def sensitivities(
     slots : (n_variations, 6) array
         Number, from zero, of the force along each axis that a change makes, or -1 where none is asked for.
     parameters : (n_body,) positions in the body vector of the body parameters
-    sources : (n,) array
-        Whose force a column has: coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and after
-        these the slots.
+    sources : (n,) whose force a column has: coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and
+        after these the slots
     factors : (n,) factor of that force
     axes : (n,) axis 0 .. 5 along which it acts
     initial : (n, N_STATES) sensitivities at the start, and at each of the restarts

@@ -112,9 +112,7 @@ class LogMap(Section):
 def read_map(path: Path, kind: str | None = None) -> LogMap:
     """Read a map file, if it is for logs of this kind; paths in it count from its folder.
 
-    Raises
-    ------
-    InputError : with file, key and remedy
+    InputError with file, key and remedy.
     """
     log_map = toml_files.read_toml(path, LogMap)
     if None not in (kind, log_map.kind) and log_map.kind != kind:

@@ -159,9 +159,10 @@ class Knots:
 class Disturbance:
     """Stationary random forces, moments and currents of mean zero, independent of each other.
 
-    The correlation at a lag is ``exp(-lag / time)`` for the Ornstein-Uhlenbeck process, which is rough, and
-    ``(1 + sqrt(3) lag / time) exp(-sqrt(3) lag / time)`` for the Matern process of order 3/2, which has a derivative
-    (Rasmussen & Williams 2006, section 4.2.1). At a lag of one correlation time they are 0.37 and 0.48.
+    The correlation at a lag is ``exp(-lag / time)`` for the Ornstein-Uhlenbeck process, which is rough, and ``(1 +
+    sqrt(3) lag / time) exp(-sqrt(3) lag / time)`` for the Matern process of order 3/2, which has a derivative
+    (Rasmussen & Williams 2006, section 4.2.1). At a lag of one correlation time they are 0.37 and 0.48. InputError for
+    an axis or kind that does not exist, and for numbers that are not positive.
 
     Attributes
     ----------
@@ -171,10 +172,6 @@ class Disturbance:
     kind : str
         "ornstein_uhlenbeck" or "matern_3_2", of the forces; a current is of the latter kind.
     correlation_time_current_s : correlation time of the current, if it is not that of the forces
-
-    Raises
-    ------
-    InputError : for an axis or kind that does not exist, and for numbers that are not positive
     """
 
     axes: tuple[str, ...]

@@ -42,9 +42,8 @@ def linear_systems(
     ----------
     trajectory : simulated, or anything with the same attributes that was measured
     member : which of the batch
-    free : iterable of str, optional
-        Names of coefficients to be columns, by default all; the others move to the load with their values in the
-        trajectory.
+    free : names of coefficients to be columns, by default all; the others move to the load with their values in the
+        trajectory
 
     Returns
     -------

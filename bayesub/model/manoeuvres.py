@@ -27,15 +27,12 @@ class Manoeuvre:
     controls : (n, n_controls) array
         Those of the vehicle's equations, SI units: of submarines rudder, bow plane and stern plane, rad.
     rpm : (n,) propeller speed
-    initial_state : (12,) array
-        Straight and level, at the vehicle's trial speed, and at its trial depth or that of the file.
-    subproblem : str or None
-        Plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical".
+    initial_state : (12,) straight and level, at the vehicle's trial speed, and at its trial depth or that of the file
+    subproblem : plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical"
     description : str
     columns : short names of the controls, by default those of the submarine's three
-    inputs : (n, n_actuators) array or None
-        Of the actuators in the columns of a log, SI units, of which `controls` are the mix; None of a vehicle whose
-        actuators are the controls themselves.
+    inputs : (n, n_actuators) of the actuators in the columns of a log, SI units, of which `controls` are the mix; None
+        of a vehicle whose actuators are the controls themselves
     input_columns : short names of these columns
     commanded : tuple of str
         Short names of the controls or actuators whose histories are commands, each of which holds until the next.
@@ -92,11 +89,7 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
 
     ``random:17`` is the random manoeuvre of seed 17. A CSV has the columns ``time_s``, those of the vehicle's actuators
     such as ``rudder_deg, bow_plane_deg, stern_plane_deg``, and ``rpm``; what is missing rests at zero, and without
-    ``rpm`` the propeller keeps its self-propelled speed.
-
-    Raises
-    ------
-    InputError : with file, key and remedy
+    ``rpm`` the propeller keeps its self-propelled speed. InputError with file, key and remedy.
     """
     if str(name).startswith("random:"):
         seed = str(name).removeprefix("random:")
@@ -119,8 +112,7 @@ def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes: obje
     ----------
     vehicle : Vehicle
     rng : Generator
-    **changes : object
-        Keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``.
+    **changes : keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``
     """
     return _build(_random_file(seed=int(rng.integers(2**32)), **changes), vehicle)
 

@@ -35,7 +35,8 @@ def simulate(
 ) -> Trajectory:
     """Simulate a manoeuvre.
 
-    A member that fails has its states up to the failure, and the reason in its status.
+    A member that fails has its states up to the failure, and the reason in its status. InputError for an option or
+    coefficients that cannot be, and if no step is short enough.
 
     Parameters
     ----------
@@ -49,19 +50,14 @@ def simulate(
         Forces that the equations leave out, for all members: a process, of which one history is sampled at the
         integration step, or the history itself.
     rng : of that history
-    dt : float, optional
-        Integration step, s; by default a tenth (:func:`true_step`) of the one that keeps the position within 5 cm
-        (:func:`choose_step`), so that a record of the motion does not come from the integrator that fits it.
+    dt : integration step, s; by default a tenth (:func:`true_step`) of the one that keeps the position within 5 cm
+        (:func:`choose_step`), so that a record of the motion does not come from the integrator that fits it
     controls : str
         "linear" or "hold", as for :class:`Simulator`.
     subproblem : str or None
         "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
     attitude : str
         "euler" or "quaternion".
-
-    Raises
-    ------
-    InputError : for an option or coefficients that cannot be, and if no step is short enough
     """
     xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
     n = len(vehicle.xi)

@@ -224,14 +224,12 @@ def without_inertia(matrix: np.ndarray, length_m: float, degrees_of_freedom: int
 def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehicle:
     """Load a built-in vehicle by name or a vehicle file by path.
 
+    InputError with file, key and remedy.
+
     Parameters
     ----------
     name : built-in name, or path
     located : where a file is, by its path; a run folder has copies. By default there
-
-    Raises
-    ------
-    InputError : with file, key and remedy
     """
     path = toml_files.find(located(str(name)), "vehicles")
     lines = {line.partition("#")[0].strip() for line in toml_files.read_text(path).splitlines()}

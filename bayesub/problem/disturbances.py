@@ -61,6 +61,8 @@ def force_scales(vehicle: Vehicle, axes: tuple[str, ...]) -> np.ndarray:
 class UnknownDisturbance:
     """Unmodelled forces with unknown histories, as a problem is asked to infer them.
 
+    InputError for an axis or kind that does not exist, and numbers that are not positive.
+
     Attributes
     ----------
     axes : of X Y Z K M N, and north and east for a current that varies
@@ -71,10 +73,6 @@ class UnknownDisturbance:
     knot_interval_s : by default half of the correlation time of forces and a fifth of that of currents, or of their
         prior medians
     correlation_time_current_s : correlation time of the current, if it is not that of the forces
-
-    Raises
-    ------
-    InputError : for an axis or kind that does not exist, and numbers that are not positive
     """
 
     axes: tuple[str, ...]

@@ -167,7 +167,8 @@ class LeastSquaresModel(Model):
     at a place e0, the squares of ``e0 / s0 + (e - e0) / s`` and of phi(log(s / rms(e0))) sum to the deviance, up to
     ``e0 (e - e0)``, which vanishes at a best fit. All these rows are nearly linear in log s. Six posterior sds up phi
     goes on straight and s is held: where a prior is wide, an emulator with heavy tails would follow larger and larger
-    s, with which any parameters fit.
+    s, with which any parameters fit. InputError for a prior that is none, a name of an sd that is no parameter, or
+    residuals of another shape.
 
     Parameters
     ----------
@@ -177,10 +178,6 @@ class LeastSquaresModel(Model):
     jacobian : gives (n_rows, n_params) derivatives at parameters (n_params,); by default central differences
     sd : name of the parameter that is the sd of all errors, or a sequence with one a row, None where it is one
     vectorized : whether `residuals` takes (n_batch, n_params) and gives (n_batch, n_rows), which is many times as fast
-
-    Raises
-    ------
-    InputError : for a prior that is none, a name of an sd that is no parameter, or residuals of another shape
     """
 
     def __init__(
@@ -314,7 +311,8 @@ class DensityModel(Model):
     ``d = R (x - x0) + R'^-1 g0`` and ``R'^-1 g`` of the gradient g of minus the log likelihood, the rows
     ``(2 d + R'^-1 g) / 3`` have squares that sum to the deviance but for terms of the fourth order; they are lengthened
     so that they sum to it. Such rows are emulated as residuals are, and each costs a gradient; a step of the sampler
-    costs a log likelihood only, whose exact value accepts or refuses it.
+    costs a log likelihood only, whose exact value accepts or refuses it. InputError for a prior that is none, or values
+    of another shape.
 
     Parameters
     ----------
@@ -322,10 +320,6 @@ class DensityModel(Model):
     priors : as of :class:`LeastSquaresModel`
     gradient : gives (n_params,) its derivatives; by default central differences
     vectorized : whether both take (n_batch, n_params) and give (n_batch,) and (n_batch, n_params)
-
-    Raises
-    ------
-    InputError : for a prior that is none, or values of another shape
     """
 
     def __init__(

@@ -106,6 +106,8 @@ _FAR = 1e-4  # probability of clocks further ahead, or further behind, than read
 class Problem(TrialProblem):
     """Free coefficients of a vehicle and nuisance parameters, to be inferred from a record of a manoeuvre.
 
+    InputError if no coefficient is free, or a name of a coefficient, nuisance parameter or channel is not known.
+
     Parameters
     ----------
     vehicle : whose coefficients are inferred
@@ -127,10 +129,6 @@ class Problem(TrialProblem):
     ----------
     spread : the prior of the coefficients as given; all others are those of
         :class:`bayesub.problem.trial_problem.TrialProblem`
-
-    Raises
-    ------
-    InputError : if no coefficient is free, or a name of a coefficient, nuisance parameter or channel is not known
     """
 
     def __init__(

@@ -55,7 +55,8 @@ def write_report(
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
 
     The draws at which motions and residuals are looked at are chosen by a stream of the study's seed (of seed 0 if
-    there is no study), so that a report which is written again says the same.
+    there is no study), so that a report which is written again says the same. InputError if the folder cannot be
+    written to.
 
     Parameters
     ----------
@@ -67,17 +68,12 @@ def write_report(
     study : the study that asked
     check : from :func:`bayesub.cross_check`
     predictions : of trials that were not fitted
-    quantities : sequence of Quantity
-        That follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`).
+    quantities : that follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`)
     pdf : whether every figure is saved as PDF too, beside the PNG
 
     Returns
     -------
     dict: the content of ``numbers.json``: "converged" among "convergence", the sentences under "verdict"
-
-    Raises
-    ------
-    InputError : if the folder cannot be written to
     """
     asked = study or ReportedStudy(problem.vehicle.name, "")
     results = Results(problem, estimates, spectrum, posterior, check, asked.seed, predictions, quantities)

@@ -262,6 +262,9 @@ def observe(
 ) -> Record:
     """Measure one member of a trajectory.
 
+    InputError if the member failed, if the trial is shorter than the interval of a sensor or a time of a reading lies
+    outside it, if two sensors make channels of one name, or if every reading of a sensor is missing.
+
     Parameters
     ----------
     sensors : a :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them
@@ -269,11 +272,6 @@ def observe(
         readings, which keep the sd of their sensor as their weight.
     current_mps : a constant current in which the boat moves, to the north and to the east, besides that of the
         disturbance of the trajectory
-
-    Raises
-    ------
-    InputError : if the member failed, if the trial is shorter than the interval of a sensor or a time of a reading lies
-        outside it, if two sensors make channels of one name, or if every reading of a sensor is missing
     """
     if trajectory.status[member] != "ok":
         raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")

@@ -200,8 +200,9 @@ class Record:
         Yaw, heading and course are compared to a simulation modulo one turn, whatever the range of the column, so that
         noise about north, long gaps and fast turns do no harm. For pictures, and for the heading at the start, one that
         stays within one turn (0 to 360 or -180 to 180 deg, and a twentieth of a turn beyond for noise) is unwrapped as
-        well: each reading is brought within half a turn of the one before, across gaps too, and the first within half
-        a turn of `start_heading_deg`.
+        well: each reading is brought within half a turn of the one before, across gaps too, and the first within half a
+        turn of `start_heading_deg`. InputError for a file that does not fit, and for a column without sensor or a
+        sensor without column.
 
         Parameters
         ----------
@@ -209,10 +210,6 @@ class Record:
             offset; their other settings play no part
         start_heading_deg : about where the first reading of an unwrapped heading shall be
         controls : columns of a vehicle's own that the file may have besides, such as ``fin_1_deg``
-
-        Raises
-        ------
-        InputError : for a file that does not fit, and for a column without sensor or a sensor without column
         """
         return cls.of_log(log_files.read_log(Path(path), controls), sensors, path, start_heading_deg=start_heading_deg)
 

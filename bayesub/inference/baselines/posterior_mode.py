@@ -44,7 +44,8 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     (:func:`bayesub.inference.baselines.continuation`), and the better of both is taken.
 
     Readings that are rounded and have no noise only say in which interval the prediction lies. The search then smooths
-    the ends of the intervals, less and less until all predictions are inside.
+    the ends of the intervals, less and less until all predictions are inside. InputError if no mode is found: no
+    simulation completes the record, or no parameters that the prior admits make every reading where there is no noise.
 
     Parameters
     ----------
@@ -54,11 +55,6 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     Returns
     -------
     Estimate of the last search; its costs are those of all searches.
-
-    Raises
-    ------
-    InputError : if no mode is found: no simulation completes the record, or no parameters that the prior admits make
-        every reading where there is no noise
     """
     mode: Estimate | None = None
     before = (problem.costs.simulations, problem.costs.jacobians)

@@ -162,6 +162,8 @@ def cross_check(
 ) -> CrossCheck:
     """Sample the posterior of a problem with NUTS too, and compare.
 
+    InputError if nutpie is not installed.
+
     Parameters
     ----------
     problem : that was sampled
@@ -171,10 +173,6 @@ def cross_check(
     n_tune : further draws of each chain for adaptation
     n_chains : independent chains
     progress : object with ``update(done, total, unit, note)``, or None
-
-    Raises
-    ------
-    InputError : if nutpie is not installed
     """
     chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress)
     return compare(posterior, Moments.of_chain(chain), **counts)

@@ -246,9 +246,7 @@ class Posterior(Convergence, Displayed):
     def save(self, path: str | Path) -> None:
         """Write the draws that convergence is judged by, and the diagnostics, to a NetCDF file that ArviZ reads.
 
-        Raises
-        ------
-        InputError : if the file cannot be written
+        InputError if the file cannot be written.
         """
         from bayesub.inference.sampling import posterior_file
 
@@ -258,9 +256,7 @@ class Posterior(Convergence, Displayed):
     def load(cls, path: str | Path) -> "Posterior":
         """Read a file of :meth:`save`.
 
-        Raises
-        ------
-        InputError : if it is missing or is no posterior
+        InputError if it is missing or is no posterior.
         """
         from bayesub.inference.sampling import posterior_file
 

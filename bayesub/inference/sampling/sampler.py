@@ -67,7 +67,8 @@ def sample(
     All ensembles live in one emcee sampler, so that a step is one vectorised call, but no move lets one see another.
     They start over-dispersed around the mode. At every look the first tenth is discarded as warm-up and the rest
     judged; sampling stops when every parameter meets the criteria, at `max_steps`, or where it makes no progress
-    (:meth:`bayesub.inference.sampling.posterior.Posterior.stuck`), and then the result says which do not.
+    (:meth:`bayesub.inference.sampling.posterior.Posterior.stuck`), and then the result says which do not. InputError
+    for numbers of walkers that cannot be, a checkpoint of another run, or a problem without a mode.
 
     Parameters
     ----------
@@ -87,10 +88,6 @@ def sample(
         together. They move the sampling coordinates y, in which the posterior is nearly a standard normal. Each is
         taken in one ensemble after the other, so that it sees no walker of another; those of emcee that take two
         walkers want at least twice as many in an ensemble as there are parameters
-
-    Raises
-    ------
-    InputError : for numbers of walkers that cannot be, a checkpoint of another run, or a problem without a mode
     """
     n_walkers = N_WALKERS if n_walkers is None else n_walkers
     if n_ensembles < 1 or n_walkers < 2:

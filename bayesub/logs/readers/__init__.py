@@ -57,11 +57,8 @@ def read(
     """Read a log of a kind (:data:`KINDS`), or the files of one that is in pieces.
 
     Large logs are read faster with a map, for the signals that it names; if one is missing everything is read. What is
-    only to be listed may lack its times and have other faults, which become remarks.
-
-    Raises
-    ------
-    InputError : for a file that is not of this kind or is not whole, and for a library that is not installed
+    only to be listed may lack its times and have other faults, which become remarks. InputError for a file that is not
+    of this kind or is not whole, and for a library that is not installed.
     """
     log_map, by_file = log_map or LogMap(), KINDS[kind].is_by_file
     if log_map.where and KINDS[kind].module != "table":

@@ -81,12 +81,10 @@ def run(
     folder : the run folder; it is made if it does not exist
     resume : continue an interrupted run, bit for bit
     force : replace an existing run, which is otherwise refused
-    keep_stale : bool
-        Resume although the sources of bayesub or the versions of its libraries are others than those by which the run
-        was begun.
+    keep_stale : resume although the sources of bayesub or the versions of its libraries are others than those by which
+        the run was begun
     cross_check : sample with NUTS too and compare; of a study in TOML
-    leave_out : bool
-        Fit all trials but one, for each of them, and predict it; of a study in TOML with several trials.
+    leave_out : fit all trials but one, for each of them, and predict it; of a study in TOML with several trials
     pdf : draw every figure as PDF too
     progress : object with the methods ``stage`` and ``update`` (:class:`bayesub.io.terminal.Progress`)
     executor : what does independent parts; left out, processes of this machine

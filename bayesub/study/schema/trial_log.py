@@ -69,7 +69,8 @@ def read_trial(
 
     The start is unknown: every state of the motion that the readings depend on becomes a nuisance parameter. Its prior
     is `nuisance`, or else a straight line through the readings of the first ship length travelled, at the start and
-    widened ten times, or else, without a sensor, about straight and level (constants of this module).
+    widened ten times, or else, without a sensor, about straight and level (constants of this module). InputError for a
+    file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem does not have.
 
     Parameters
     ----------
@@ -85,11 +86,6 @@ def read_trial(
     prescribed : angles that the boat follows as they were read, "pitch" or "yaw": they are smoothed by as much as their
         sensor is noisy, and are no readings any more
     window_s : first and last time of the part of the log that is used, s of the log; by default all of it
-
-    Raises
-    ------
-    InputError : for a file that does not fit, a gap in the controls, and a channel of a motion that the sub-problem
-        does not have
     """
     path, given = toml_files.find_log(path), dict(nuisance or {})
     known = {name: one for name, one in given.items() if not isinstance(one, priors.Prior)}
