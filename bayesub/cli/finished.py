@@ -18,7 +18,7 @@ from bayesub.cli.arguments import (
 )
 from bayesub.cli.arguments import subproblem as subproblem_option
 from bayesub.cli.outcome import end, tell
-from bayesub.io.terminal import Bars, say, say_rows
+from bayesub.io.terminal import Bars, console, say, say_rows
 
 SIMULATORS = ("mss", "mss-json", "pvs", "gazebo", "stonefish", "holoocean")
 FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATORS)
@@ -160,6 +160,7 @@ def next_(
     from bayesub.logs.log_files import write_log
     from bayesub.study.after.prescription import prescribe
 
+    console.quiet = as_json
     with Bars() as bars:
         found = prescribe(run, wanted, limits, seed=seed, progress=bars)
     if output is not None:

@@ -23,7 +23,7 @@ def test_promises_are_those_of_the_sums(bayesub, finished, tmp_path):
     file = tmp_path / "next.csv"
     status, out, err = bayesub("next", str(folder), "--for", "Nuv", "--json", "-o", str(file))
     assert status == 0, err
-    (one,) = json.loads(out[out.index("{") :]).values()
+    (one,) = json.loads(out).values()
     k = posterior.names.index("Nuv")
     assert one["sd"] == pytest.approx(posterior.sd[k], rel=1e-6)
     assert one["value"] == pytest.approx(posterior.mean[k], rel=1e-6)
