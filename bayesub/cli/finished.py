@@ -54,7 +54,7 @@ def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose:
 @click.option("-o", "--output", type=PATH, required=True, metavar="FILE", help="File to write or to replace.")
 @click.option("--as", "wanted", type=click.Choice(FORMATS), help="Format; if left out, by the suffix of FILE.")
 @click.option("--fleet", type=click.IntRange(0), default=0, metavar="N", help="N draws, a file each, for a simulator.")
-@click.option("--seed", type=click.IntRange(0), default=0, metavar="N", help="Which draws; 0 if left out.")
+@seed_option
 def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -> None:
     """Write the posterior of the run in the folder RUN for others.
 

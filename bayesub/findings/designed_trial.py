@@ -21,7 +21,7 @@ from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem.joint import JointProblem
 from bayesub.problem.nuisance import MOVING
 from bayesub.sensors import DVL, INS, Track, flat
-from bayesub.sensors.sensor import QUANTITIES
+from bayesub.sensors.sensor import QUANTITIES, Sensor
 
 STANDARD = {None: "coupled", "horizontal": "horizontal", "vertical": "vertical"}  # manoeuvre of each sub-problem
 N_DRAWS = 8  # boats of the prior at which the expected sds are looked at too
@@ -132,12 +132,7 @@ class DesignedTrial:
         """What is changed -> what is known: without each channel, and with each further instrument."""
         without = [worth.by_sensor(self.judge, manoeuvre) for manoeuvre in self.manoeuvres]
         worths = {f"without {c}": _total(of[c] for of in without) for c in without[0]} if len(without[0]) > 1 else {}
-        moving = MOVING.get(self.judge.vehicle.equations.subproblem(self.judge.subproblem), STATES)
-        extra = {
-            f"with {name}": [sensor for sensor in flat([instrument]) if QUANTITIES[sensor.quantity].changes(moving)]
-            for name, instrument in FURTHER.items()
-        }
-        extra = {name: sensors for name, sensors in extra.items() if sensors}
+        extra = {f"with {name}": sensors for name, sensors in further_instruments(self.judge).items()}
         more = [worth.further_sensors(self.judge, manoeuvre, extra) for manoeuvre in self.manoeuvres]
         return worths | {name: _total(of[name] for of in more) for name in extra}
 
@@ -160,6 +155,16 @@ class DesignedTrial:
     def structural(self) -> NullSpace:
         """The null directions that stay if wild manoeuvres, which need not keep any limit, are flown too."""
         return structural(self.judge, self.plan.range, self.plan.families, self.manoeuvres)
+
+
+def further_instruments(judge: Judge) -> dict[str, list[Sensor]]:
+    """Name of each of :data:`FURTHER` -> its sensors of what moves in the sub-problem, as far as there are any."""
+    moving = MOVING.get(judge.vehicle.equations.subproblem(judge.subproblem), STATES)
+    extra = {
+        name: [sensor for sensor in flat([instrument]) if QUANTITIES[sensor.quantity].changes(moving)]
+        for name, instrument in FURTHER.items()
+    }
+    return {name: sensors for name, sensors in extra.items() if sensors}
 
 
 def _total(parts: Iterable[Information]) -> Information:

@@ -14,7 +14,7 @@ import numpy as np
 from bayesub.design.information import Information
 from bayesub.design.plan import Plan, best, of_time
 from bayesub.design.worth import further_sensors
-from bayesub.findings.designed_trial import FURTHER, TANK_SD, Asked
+from bayesub.findings.designed_trial import TANK_SD, Asked, further_instruments
 from bayesub.io import toml_files
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.manoeuvres import Manoeuvre
@@ -87,7 +87,7 @@ def prescribe(
         way = min(ways, key=lambda way: goal(ways[way]))
         return {way: ways[way]}
 
-    instruments = further_sensors(judge, trial.manoeuvre, FURTHER)
+    instruments = further_sensors(judge, trial.manoeuvre, further_instruments(judge))
     tank = {
         f"{name} from a tank, to {100 * TANK_SD:g} %": replace(
             empty, gram=empty.with_known([k], TANK_SD).precision - empty.precision
