@@ -179,16 +179,21 @@ def rudder_of(demands, times: np.ndarray, actuators: dict) -> np.ndarray:
     return angles
 
 
-def pushes(rng: np.random.Generator, n_times: int, sds: np.ndarray) -> np.ndarray:
+def pushes(rng: np.random.Generator, n_times: int, sds: np.ndarray, time_s: float = TIME_S) -> np.ndarray:
     """(n_times, n_axes) values of Ornstein-Uhlenbeck processes, a step apart, stationary from the first."""
-    kept = np.exp(-STEP_S / TIME_S)
+    kept = np.exp(-STEP_S / time_s)
     white = rng.standard_normal((n_times, len(sds)))
     white[1:] *= np.sqrt(1.0 - kept**2)
     return sds * lfilter([1.0], [1.0, -kept], white, axis=0)
 
 
-def boat_and_log(rng: np.random.Generator, demands=STAIRS, duration_s: float = DURATION_S) -> tuple[dict, str, int]:
-    """True coefficients, the text of the log, and how many boats before this one did not complete."""
+def boat_and_log(
+    rng: np.random.Generator, demands=STAIRS, duration_s: float = DURATION_S, time_s: float = TIME_S
+) -> tuple[dict, str, int]:
+    """True coefficients, the text of the log, and how many boats before this one did not complete.
+
+    The forces have the correlation time `time_s`.
+    """
     vehicle = Boat()
     times = STEP_S * np.arange(round(duration_s / STEP_S) + 1)
     degrees = rudder_of(demands, times, vehicle.actuators)
@@ -199,7 +204,7 @@ def boat_and_log(rng: np.random.Generator, demands=STAIRS, duration_s: float = D
     while True:
         truth = {name: value * (1.0 + PRIOR_SD * rng.standard_normal()) for name, value in vehicle.coefficients.items()}
         speed = START[0] + START[1] * rng.standard_normal()
-        motion = Boat(truth).flown(times, rudder, pushes(rng, len(times), sds), speed)
+        motion = Boat(truth).flown(times, rudder, pushes(rng, len(times), sds, time_s), speed)
         if motion is not None:
             return truth, log(times, degrees, motion, rng), n_failed
         n_failed += 1

@@ -21,7 +21,7 @@ from disturbed import strangers  # noqa: E402
 from disturbed.trials import cost, read_log  # noqa: E402
 
 SEED = 41
-LONG_S, KNOT_S = 7200.0, 5.0
+LONG_S, KNOT_S = 7200.0, 5.0  # of forces with the default knots, twice as many as correlation times
 STEP_S = 0.2  # of the long one, in which errors of any step are larger than a tenth of the noise
 ZIGZAG = tuple((10.0 + 20.0 * k, 20.0 * (-1.0) ** k) for k in range(round(LONG_S / 20.0)))  # s, degrees
 COLUMNS = {
@@ -64,12 +64,12 @@ def main() -> None:
     parser.add_argument("--no-long", action="store_true", help="without the log of two hours")
     parser.add_argument("--steps", type=int, default=20_000, help="of each ensemble at most")
     given = parser.parse_args()
-    cases = [(strangers.STAIRS, strangers.DURATION_S, n) for n in given.knots]
+    cases = [(strangers.STAIRS, strangers.DURATION_S, strangers.TIME_S, n) for n in given.knots]
     if not given.no_long:
-        cases.append((ZIGZAG, LONG_S, round(LONG_S / KNOT_S)))
+        cases.append((ZIGZAG, LONG_S, 2.0 * KNOT_S, round(LONG_S / KNOT_S)))
     print(" | ".join(COLUMNS))
-    for demands, duration_s, n_knots in cases:
-        _, log, _ = strangers.boat_and_log(np.random.default_rng(SEED), demands, duration_s)
+    for demands, duration_s, time_s, n_knots in cases:
+        _, log, _ = strangers.boat_and_log(np.random.default_rng(SEED), demands, duration_s, time_s)
         row = measured(log, duration_s, n_knots, given.steps)
         cells = (form.format(**row) for form in COLUMNS.values())
         print(" | ".join(cell.rjust(len(title)) for title, cell in zip(COLUMNS, cells, strict=True)), flush=True)

@@ -148,17 +148,18 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)
     seconds = 0.0
     for part in _parts(problem, values):
-        estimate = follow_noise(part, values, max_iterations=_LAST if part is problem else 60)
+        last = part is problem
+        estimate = follow_noise(part, values, 1e-3 if last else _NEAR_MODE, _LAST if last else 60)
         values, seconds = estimate.values, seconds + estimate.seconds
     simulations, jacobians = problem.costs.simulations - before[0], problem.costs.jacobians - before[1]
     return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)
 
 
-def follow_noise(problem: Sampled, start: np.ndarray, *, max_iterations: int = 60) -> Estimate:
+def follow_noise(problem: Sampled, start: np.ndarray, tolerance: float = 1e-3, max_iterations: int = 60) -> Estimate:
     """The posterior mode, followed from noise with which the start (n_params,) would fit, with the seconds of all.
 
-    The last search, with the noise of the problem, has `max_iterations`. A ValueError says that the simulation fails at
-    the start.
+    The last search, with the noise of the problem, has the tolerance and `max_iterations` of :func:`gauss_newton`. A
+    ValueError says that the simulation fails at the start.
     """
     scales, misfit, fall = [1.0], _deviance_a_row(problem, start), np.inf
     while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more
@@ -168,7 +169,7 @@ def follow_noise(problem: Sampled, start: np.ndarray, *, max_iterations: int = 6
     values, seconds = start, 0.0
     for scale in scales:
         if scale == 1.0:
-            estimate = gauss_newton(problem, values, max_iterations=max_iterations)
+            estimate = gauss_newton(problem, values, tolerance=tolerance, max_iterations=max_iterations)
         else:
             estimate = gauss_newton(problem.widened(scale), values, tolerance=_NEAR_MODE)
         values, seconds = estimate.values, seconds + estimate.seconds

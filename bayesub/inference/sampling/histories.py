@@ -17,11 +17,7 @@ from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.marginalised import Marginalised
 from bayesub.inference.sampling.surrogate import Surrogate, learn
 
-# Of the search for the marginal mode.
-_MOST_EXPANSIONS = 12  # of the problem on the way to the mode
-_MOST_HALVINGS = 6  # of a step that leads to a lower density: without them a search with an inferred process ran away
-_NEAR = 0.5  # posterior sd a parameter: an expansion so near to the mode is the last
-_TOLERANCE = 0.1  # posterior sd, of the search in an expansion, which only has to be near
+_TOLERANCE = 0.3  # posterior sd, of the search for the marginal mode, which only has to be near
 # Of the walk in y.
 _STEPS = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1)  # of Crank-Nicolson; the best is taken, of which one is a new draw
 _SHORTER = 0.3  # times that in a short walk
@@ -119,37 +115,14 @@ def with_process(problem: Forced, mode: Estimate) -> np.ndarray:
 
 @threadpoolctl.threadpool_limits.wrap(1, "blas")  # its threads wait for those that solve members
 def marginal_mode(problem: Forced, mode: np.ndarray) -> tuple[Marginalised, np.ndarray]:
-    """The marginalised problem, expanded near its own mode, and that (n_params,), from all parameters near the mode.
+    """The marginalised problem, expanded at its own mode, and that (n_params,), from all parameters near the mode.
 
-    Far from where it was expanded a marginalised density is wrong, and its mode may be far away. Therefore each place
-    on the way is judged by the expansion about itself, and a step that leads to less is halved.
+    The response to forces is found anew at each place. With that of one place, a marginalised density is wrong at
+    others, and rises towards a boat without mass, which forces without strength push as far.
     """
-    marginalised = Marginalised(problem, mode)
-    x = marginalised.prior.scaled(marginalised.centre[marginalised.others])
-    height, share = _log_density(marginalised, x), 1.0
-    for _ in range(_MOST_EXPANSIONS):
-        estimate = gauss_newton(marginalised, marginalised.prior.unscaled(x), tolerance=_TOLERANCE)
-        assert estimate.covariance is not None
-        lower = np.linalg.cholesky(estimate.covariance)
-        moved = np.linalg.solve(lower, estimate.values - marginalised.prior.unscaled(x))
-        if np.linalg.norm(moved) < _NEAR * np.sqrt(len(moved)):
-            return Marginalised(problem, marginalised.full(estimate.values)), estimate.values
-        step = marginalised.prior.scaled(estimate.values) - x
-        for share in min(1.0, 2.0 * share) * 0.5 ** np.arange(_MOST_HALVINGS):  # noqa: B020
-            there = Marginalised(problem, marginalised.full(marginalised.prior.unscaled(x + share * step)))
-            reached = _log_density(there, x + share * step)
-            if reached > height:
-                break
-        else:
-            break
-        marginalised, x, height = there, x + share * step, reached
-    return marginalised, marginalised.prior.unscaled(x)
-
-
-def _log_density(marginalised, x) -> float:
-    """Log posterior density at scaled coordinates x (n_params,), minus infinity where it cannot be computed."""
-    log_likelihood = marginalised.log_likelihood(marginalised.prior.unscaled(x[None]))
-    return float((log_likelihood + marginalised.prior.scaled_log_density(x[None]))[0])
+    exact = Marginalised(problem, mode, exact=True)
+    values = gauss_newton(exact, exact.centre[exact.others], tolerance=_TOLERANCE).values
+    return Marginalised(problem, exact.full(values)), values
 
 
 def search_marginal_mode(problem: Forced, smooth: Forced, rng: np.random.Generator) -> tuple[Marginalised, np.ndarray]:

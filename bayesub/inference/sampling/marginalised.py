@@ -81,12 +81,14 @@ class Marginalised:
     """The n_params other parameters of a problem with histories, as a problem for searches and samplers.
 
     It is what a surrogate is made of, :class:`bayesub.inference.interface.Emulated`. The `centre` (n_all,) is near the
-    mode of all parameters. It is right near there, and after :meth:`fit` where its draws are. What it has learned is in
-    its `arrays`.
+    mode of all parameters. It is right near there, and after :meth:`fit` where its draws are; if it is `exact`, which
+    costs several times as much, it finds G anew at each place. What it has learned is in its `arrays`.
     """
 
-    def __init__(self, problem: Forced, centre: np.ndarray, arrays: dict[str, np.ndarray] | None = None):
-        self.problem, self.centre = problem, np.asarray(centre, dtype=float)
+    def __init__(
+        self, problem: Forced, centre: np.ndarray, arrays: dict[str, np.ndarray] | None = None, *, exact: bool = False
+    ):
+        self.problem, self.centre, self.exact = problem, np.asarray(centre, dtype=float), exact
         columns = np.concatenate([history.columns for history in problem.histories])
         self.white = np.sort(columns)
         self.others = np.setdiff1d(np.arange(problem.n_params), columns)
@@ -95,7 +97,7 @@ class Marginalised:
         process = np.unique(np.concatenate([h.process for h in problem.histories]))
         self._moving = ~np.isin(self.others, process)
         self._x = self.prior.scaled(self.centre[self.others])
-        self._exacts: list[tuple[np.ndarray, list[list[np.ndarray]]]] = []  # draws, and what was found there
+        self._places: list[tuple[np.ndarray, list[list[np.ndarray]]]] = []  # draws, and what was found there
         if arrays is None:
             self._expand()
             return
@@ -146,16 +148,16 @@ class Marginalised:
     def fit(self, others: np.ndarray, rng: np.random.Generator) -> None:
         """Fit G and the forces to what they are at draws (n, n_params) of the others, and of the fit before."""
         full, *_ = self._solved(others)
-        batches = [self._exact(full[k : k + _TOGETHER], rng) for k in range(0, len(full), _TOGETHER)]
+        batches = [self._found(full[k : k + _TOGETHER], rng) for k in range(0, len(full), _TOGETHER)]
         new = [[np.concatenate(parts) for parts in zip(*each, strict=True)] for each in zip(*batches, strict=True)]
         known = np.all([np.isfinite(forces).all(axis=(1, 2)) for _, _, forces, _ in new], axis=0)
         if not known.any():  # what was known before is all there is
             return
-        self._exacts = [*self._exacts[-1:], (others[known], [[part[known] for part in parts] for parts in new])]
-        others = np.concatenate([places for places, _ in self._exacts])
+        self._places = [*self._places[-1:], (others[known], [[part[known] for part in parts] for parts in new])]
+        others = np.concatenate([places for places, _ in self._places])
         learned = []
         for k, response in enumerate(self._responses):
-            each = zip(*(parts[k] for _, parts in self._exacts), strict=True)
+            each = zip(*(parts[k] for _, parts in self._places), strict=True)
             ends, rows, forces, acting = map(np.concatenate, each)
             pieces, scales = response.pieces._replace(ends=ends, rows=rows), np.sqrt(acting.mean(axis=0))
             learned.append((pieces, forces, scales))
@@ -181,8 +183,8 @@ class Marginalised:
             response.pieces = pieces._replace(ends=ends, rows=rows)
             response.forces = _fitted(features, forces)
 
-    def _exact(self, full, rng) -> list[tuple[np.ndarray, ...]]:
-        """Of a few members (n, n_all) the response of each trial, the forces that fit best, and what acts in pieces."""
+    def _responses_at(self, full) -> list[_Response]:
+        """The response of each trial at each of a few members (n, n_all), which are the features."""
         responses = []
         for response in self._responses:
             with ThreadPoolExecutor(numba.get_num_threads()) as threads:
@@ -190,7 +192,11 @@ class Marginalised:
             ends, rows = (np.concatenate([one[part] for one in each]) for part in (0, 1))
             pieces = response.pieces._replace(ends=ends, rows=rows)
             responses.append(_Response(response.history, pieces, np.eye(len(full)), response.forces))
-        white = np.zeros((len(full), len(self.white)))
+        return responses
+
+    def _found(self, full, rng) -> list[tuple[np.ndarray, ...]]:
+        """Of a few members (n, n_all) the response of each trial, the forces that fit best, and what acts in pieces."""
+        responses, white = self._responses_at(full), np.zeros((len(full), len(self.white)))
         best, *_ = self._steered(responses, np.eye(len(full)), full, white)
         drawn, *_ = self._steered(responses, np.eye(len(full)), full, rng.standard_normal(white.shape))
         found: list[tuple[np.ndarray, ...]] = []
@@ -225,12 +231,18 @@ class Marginalised:
         And what is predicted there, (n, n_readings), and log determinants (n,).
         """
         features, n = self._features(others), len(others)
+        y = np.zeros((n, len(self.white))) if y is None else y
+        if self.exact and n > _TOGETHER:
+            parts = (self._solved(others[k : k + _TOGETHER], y[k : k + _TOGETHER]) for k in range(0, n, _TOGETHER))
+            return tuple(map(np.concatenate, zip(*parts, strict=True)))
         full = np.empty((n, self.problem.n_params))
         full[:, self.others] = others
         for response in self._responses:
             forces = np.tensordot(features, response.forces, axes=1)
             full[:, response.columns] = response.history.innovations(full).white(forces).reshape(n, -1)
-        return self._steered(self._responses, features, full, np.zeros((n, len(self.white))) if y is None else y)
+        if self.exact:
+            return self._steered(self._responses_at(full), np.eye(n), full, y)
+        return self._steered(self._responses, features, full, y)
 
     def _rows(self, residuals, full, log_determinants) -> np.ndarray:
         return np.hstack([residuals, full[:, self.white], np.sqrt(log_determinants)[:, None]])

@@ -33,7 +33,7 @@ from scipy import linalg
 from bayesub.inference.interface import Emulated, Modal, Progress
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.hmc import log_densities, reflecting_trajectories, trajectories, with_gradients
-from bayesub.inference.sampling.polynomial import PLAIN, RICH, Polynomials, fitted, n_features
+from bayesub.inference.sampling.polynomial import PLAIN, RICH, Polynomials, features, fitted, n_features
 
 Reflecting = tuple[tuple[float, ...], int]
 
@@ -77,6 +77,8 @@ _REFINEMENTS = 6  # at most
 _JUDGED = 256  # draws of each that are simulated
 _GOOD = 0.8  # acceptance of these that is good enough
 _BETTER = 0.02  # rise of the acceptance with which refining goes on
+_NORMAL = 0.5  # acceptance of draws of a normal surrogate with which there is no other, of problems that are adapted
+_FLAT = 1e-6  # least square of its slopes
 # How it is computed.
 _BATCH = 512  # simulations at once
 _FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and into how many parts at most
@@ -162,6 +164,7 @@ class _Simulations:
         (self.at_mode,), _ = problem.misfit_about(self._mode, self._mode[None])
         self.z: list[np.ndarray] = []
         self.changes: list[np.ndarray] = []
+        self.log_likelihoods: list[np.ndarray] = []
 
     @property
     def n(self) -> int:
@@ -176,7 +179,7 @@ class _Simulations:
         z, parameters = z[inside], self.geometry.prior.unscaled(x[inside])
         for first in range(0, len(z), _BATCH):
             some = slice(first, first + _BATCH)
-            residuals, _ = self.problem.misfit_about(self._mode, parameters[some])
+            residuals, log_likelihoods = self.problem.misfit_about(self._mode, parameters[some])
             changes = residuals - self.at_mode
             done = np.isfinite(changes).all(axis=1)
             if not done.all():
@@ -188,7 +191,26 @@ class _Simulations:
                 seen = squares > _SPAN**2 * len(some_changes)
                 self.span = (members[:, seen] / np.sqrt(squares[seen])).T @ some_changes
             self.z.append(z[some][done])
+            self.log_likelihoods.append(log_likelihoods[done])
             self.changes.append(changes @ self.span.T)
+
+    def normal(self) -> Surrogate:
+        """A surrogate whose likelihood is normal: the square form that is nearest to all of their log likelihoods.
+
+        Of a long record the residuals are many, and products of what they change by far along them are lost in the fit
+        to residuals. But then the likelihood is nearly normal.
+        """
+        z, log_likelihoods = np.concatenate(self.z), np.concatenate(self.log_likelihoods)
+        n_params, unit, known = z.shape[1], np.eye(z.shape[1]), np.isfinite(log_likelihoods)
+        terms = features(z[known], unit, (0, 0))
+        _, *slopes = linalg.lstsq(terms, 2.0 * (log_likelihoods[known].max() - log_likelihoods[known]))[0]
+        form = np.zeros((n_params, n_params))
+        form[np.triu_indices(n_params)] = slopes[n_params:]
+        squares, axes = np.linalg.eigh(0.5 * (form + form.T))
+        lengths = np.sqrt(np.maximum(squares, _FLAT))
+        linear = np.vstack([0.5 * (slopes[:n_params] @ axes) / lengths, axes * lengths])
+        nothing = np.empty((n_params, 0)), np.empty((0, 0)), np.empty((0, n_params))
+        return Surrogate(self.geometry, Polynomials(nothing[0], linear, *nothing[1:], PLAIN))
 
     def surrogate(self, active: np.ndarray, degrees: tuple[int, int] = PLAIN) -> Surrogate:
         """The surrogate that is fitted to all of them."""
@@ -211,10 +233,18 @@ def learn(
 ) -> tuple[Surrogate, np.ndarray]:
     """Find the active directions, straighten the geometry in place and fit a surrogate of the problem.
 
-    The geometry is whitened at the mode of the problem. Before each round `adapt` may change the problem by parameters
-    (n, n_params) that are draws of what is known by then. With the surrogate come draws of it, (n, n_params) in
-    sampling coordinates.
+    The geometry is whitened at the mode of the problem. An `adapt` changes the problem by parameters (n, n_params)
+    that are draws of what is known by then; then a normal surrogate may do. With the surrogate come draws of it,
+    (n, n_params) in sampling coordinates.
     """
+    if adapt is not None:
+        adapt(geometry.parameters(geometry.draws(rng, _WALKERS)))
+        seen = _Simulations(problem, geometry)
+        seen.add(geometry.draws(rng, _DRAWS * n_features(geometry.n_params, geometry.n_params, (0, 0)) + _MORE))
+        normal = seen.normal()
+        *_, y = _wander(normal, geometry.draws(rng, _WALKERS), _STOPS, 1.0, rng)
+        if _judged(problem, normal, y, rng) > _NORMAL:
+            return normal, y
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)
     n_fitted, n_bent = _DRAWS * n_terms + _MORE, _BENDING * n_terms + _MORE
@@ -222,7 +252,7 @@ def learn(
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")
-        if adapt is not None and n < _ADAPTED:
+        if adapt is not None and 0 < n < _ADAPTED:
             adapt(geometry.parameters(y[-n_fitted:]))
         seen = _Simulations(problem, geometry)
         seen.add(y[-n_fitted:])
@@ -250,15 +280,20 @@ def _refine(problem, surrogate, y, rng, seen, heat):
         surrogate = seen.surrogate(active, RICH)
         surrogate.flies = bool(np.mean(_walk(surrogate, y, rng, reflects=False, length=1)[2]) > _ACCEPTED)
         *_, y = _wander(surrogate, y, 2, 1.0, rng)
-        density = geometry.log_prob(problem, y[:_JUDGED])
-        surrogate.temper(y[:_JUDGED], density)
-        known = np.isfinite(density)
-        weights = density[known] - surrogate.log_prob(y[:_JUDGED][known])
-        accepted = np.sum(np.exp(np.minimum(rng.permutation(weights) - weights, 0.0))) / len(known)
+        accepted = _judged(problem, surrogate, y[:_JUDGED], rng)
         if accepted > _GOOD or accepted < best + _BETTER:
             break
         best = accepted
     return surrogate, y
+
+
+def _judged(problem, surrogate, y, rng) -> float:
+    """The share of its draws y (n, n_params) that would be accepted, one after another; sets its power before."""
+    density = surrogate.geometry.log_prob(problem, y)
+    surrogate.temper(y, density)
+    known = np.isfinite(density)
+    weights = density[known] - surrogate.log_prob(y[known])
+    return float(np.sum(np.exp(np.minimum(rng.permutation(weights) - weights, 0.0))) / len(known))
 
 
 def _walk(surrogate, y, random, taken=None, *, reflects, length, temperature=1.0, angles=ANGLES, reflecting=REFLECTING):
