@@ -148,8 +148,7 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)
     seconds = 0.0
     for part in _parts(problem, values):
-        last = part is problem
-        estimate = follow_noise(part, values, 1e-3 if last else _NEAR_MODE, _LAST if last else 60)
+        estimate = follow_noise(part, values, *((1e-3, _LAST) if part is problem else (_NEAR_MODE, 60)))
         values, seconds = estimate.values, seconds + estimate.seconds
     simulations, jacobians = problem.costs.simulations - before[0], problem.costs.jacobians - before[1]
     return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)

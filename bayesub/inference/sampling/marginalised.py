@@ -32,6 +32,7 @@ from scipy import linalg
 
 from bayesub.inference.identifiability.linear_model import Integrated
 from bayesub.inference.interface import Forced, LatentForces
+from bayesub.inference.sampling.polynomial import n_features
 from bayesub.kernels.kalman import Pieces, Policy, causes, policy
 
 _STEP = 1e-3  # of differences, in standard deviations of the Laplace approximation
@@ -168,7 +169,8 @@ class Marginalised:
             slopes = response.weighed(_of_terms(linear, pieces), scales)[1:]
             changes += slopes @ slopes.T
         squares, vectors = np.linalg.eigh(changes)
-        n_active = max(n for n in range(_MOST_ACTIVE + 1) if n == 0 or _DRAWS * self._n_features(n) <= len(others))
+        wanted = [_DRAWS * n_features(len(linear[0]) - 1, n, (0, 0)) for n in range(1, _MOST_ACTIVE + 1)]
+        n_active = int(np.count_nonzero(np.array(wanted) <= len(others)))
         n_active = min(n_active, int(np.count_nonzero(squares > _ACTIVE**2)))
         self._active = vectors[:, len(vectors) - n_active :]
         features = self._features(others)
@@ -301,13 +303,10 @@ class Marginalised:
         full, predicted, log_determinants = self._solved(parameters, y)
         return self._density(problem.log_likelihood(full, predicted), full, log_determinants), full
 
-    def _n_features(self, n_active) -> int:
-        return 1 + self._onto.shape[1] + n_active * (n_active + 1) // 2
-
     @property
     def n_draws(self) -> int:
         """How many draws :meth:`fit` wants; the fit is to twice as many."""
-        return -(-_DRAWS * self._n_features(_MOST_ACTIVE) // 2)
+        return -(-_DRAWS * n_features(self._onto.shape[1], _MOST_ACTIVE, (0, 0)) // 2)
 
 
 def _of_terms(features, pieces):

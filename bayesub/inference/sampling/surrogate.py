@@ -78,7 +78,6 @@ _JUDGED = 256  # draws of each that are simulated
 _GOOD = 0.8  # acceptance of these that is good enough
 _BETTER = 0.02  # rise of the acceptance with which refining goes on
 _NORMAL = 0.5  # acceptance of draws of a normal surrogate with which there is no other, of problems that are adapted
-_FLAT = 1e-6  # least square of its slopes
 # How it is computed.
 _BATCH = 512  # simulations at once
 _FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and into how many parts at most
@@ -195,19 +194,15 @@ class _Simulations:
             self.changes.append(changes @ self.span.T)
 
     def normal(self) -> Surrogate:
-        """A surrogate whose likelihood is normal: the square form that is nearest to all of their log likelihoods.
-
-        Of a long record the residuals are many, and products of what they change by far along them are lost in the fit
-        to residuals. But then the likelihood is nearly normal.
-        """
+        """A surrogate with a normal likelihood, nearest to theirs: of a long record, a fit to residuals is worse."""
         z, log_likelihoods = np.concatenate(self.z), np.concatenate(self.log_likelihoods)
-        n_params, unit, known = z.shape[1], np.eye(z.shape[1]), np.isfinite(log_likelihoods)
-        terms = features(z[known], unit, (0, 0))
+        n_params, known = z.shape[1], np.isfinite(log_likelihoods)
+        terms = features(z[known], np.eye(n_params), (0, 0))
         _, *slopes = linalg.lstsq(terms, 2.0 * (log_likelihoods[known].max() - log_likelihoods[known]))[0]
         form = np.zeros((n_params, n_params))
         form[np.triu_indices(n_params)] = slopes[n_params:]
-        squares, axes = np.linalg.eigh(0.5 * (form + form.T))
-        lengths = np.sqrt(np.maximum(squares, _FLAT))
+        squares, axes = np.linalg.eigh(form + form.T)
+        lengths = np.sqrt(np.maximum(0.5 * squares, 1e-6))
         linear = np.vstack([0.5 * (slopes[:n_params] @ axes) / lengths, axes * lengths])
         nothing = np.empty((n_params, 0)), np.empty((0, 0)), np.empty((0, n_params))
         return Surrogate(self.geometry, Polynomials(nothing[0], linear, *nothing[1:], PLAIN))

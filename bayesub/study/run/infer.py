@@ -1,6 +1,8 @@
 """The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
 
 import json
+import os
+import re
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -8,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+import tomlkit
 
 from bayesub.findings.remedies import fit_of_mode
 from bayesub.findings.unseen import TrialPrediction, predicted_trial
@@ -33,7 +36,7 @@ from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.result import RESULT, SUGGESTED, StudyResult
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
-from bayesub.study.run.suggested import suggest
+from bayesub.study.schema.study_file import Study
 from bayesub.study.sources import file_digest
 
 if TYPE_CHECKING:
@@ -84,6 +87,22 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     else:
         (folder / SUGGESTED).unlink(missing_ok=True)
     return result
+
+
+def suggest(study: Study, lines: str, folder: Path) -> Path:
+    """Write the file of a study with lines added; a key that is there already gives way. Its path is the answer.
+
+    `lines`: TOML, sections with keys; `folder`: of the run. Files that the study names are named as seen from there.
+    """
+    text = toml_files.read_text(Path(study.source))
+    for name in study.files:
+        place = Path(os.path.relpath(study.path(name), folder)).as_posix()
+        text = re.sub(rf"""(["']){re.escape(name)}(:\w+)?\1""", rf"\g<1>{place}\g<2>\g<1>", text)
+    document = tomlkit.parse(text)
+    for section, added in tomlkit.parse(lines).items():
+        document.setdefault(section, added).update(added)
+    write_text(folder / SUGGESTED, document.as_string().rstrip() + "\n")
+    return folder / SUGGESTED
 
 
 def say_if_long(setup: Setup, progress: Progress) -> None:

@@ -3,7 +3,7 @@
 import pytest
 from support import small_study
 
-from bayesub.study.run.suggested import suggest
+from bayesub.study.run.infer import suggest
 from bayesub.study.schema.study_file import load_study
 
 LINES = {
