@@ -117,8 +117,7 @@ def with_process(problem: Forced, mode: Estimate) -> np.ndarray:
 def marginal_mode(problem: Forced, mode: np.ndarray) -> tuple[Marginalised, np.ndarray]:
     """The marginalised problem, expanded at its own mode, and that (n_params,), from all parameters near the mode.
 
-    The response to forces is found anew at each place. With that of one place, a marginalised density is wrong at
-    others, and rises towards a boat without mass, which forces without strength push as far.
+    With the response to forces at one place, it is wrong at others and rises to a boat without mass; so it is exact.
     """
     exact = Marginalised(problem, mode, exact=True)
     values = gauss_newton(exact, exact.centre[exact.others], tolerance=_TOLERANCE).values

@@ -77,7 +77,7 @@ _REFINEMENTS = 6  # at most
 _JUDGED = 256  # draws of each that are simulated
 _GOOD = 0.8  # acceptance of these that is good enough
 _BETTER = 0.02  # rise of the acceptance with which refining goes on
-_NORMAL = 0.5  # acceptance of draws of a normal surrogate with which there is no other, of problems that are adapted
+_LONG, _NORMAL = 100.0, 0.5  # length of the residuals and acceptance of draws with which a normal surrogate does
 # How it is computed.
 _BATCH = 512  # simulations at once
 _FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and into how many parts at most
@@ -195,17 +195,16 @@ class _Simulations:
 
     def normal(self) -> Surrogate:
         """A surrogate with a normal likelihood, nearest to theirs: of a long record, a fit to residuals is worse."""
-        z, log_likelihoods = np.concatenate(self.z), np.concatenate(self.log_likelihoods)
-        n_params, known = z.shape[1], np.isfinite(log_likelihoods)
-        terms = features(z[known], np.eye(n_params), (0, 0))
+        log_likelihoods, n_params = np.concatenate(self.log_likelihoods), self.geometry.n_params
+        known, none = np.isfinite(log_likelihoods), np.empty((n_params, 0))
+        terms = features(np.concatenate(self.z)[known], np.eye(n_params), (0, 0))
         _, *slopes = linalg.lstsq(terms, 2.0 * (log_likelihoods[known].max() - log_likelihoods[known]))[0]
         form = np.zeros((n_params, n_params))
         form[np.triu_indices(n_params)] = slopes[n_params:]
         squares, axes = np.linalg.eigh(form + form.T)
         lengths = np.sqrt(np.maximum(0.5 * squares, 1e-6))
         linear = np.vstack([0.5 * (slopes[:n_params] @ axes) / lengths, axes * lengths])
-        nothing = np.empty((n_params, 0)), np.empty((0, 0)), np.empty((0, n_params))
-        return Surrogate(self.geometry, Polynomials(nothing[0], linear, *nothing[1:], PLAIN))
+        return Surrogate(self.geometry, Polynomials(none, linear, np.empty((0, 0)), none.T.copy(), PLAIN))
 
     def surrogate(self, active: np.ndarray, degrees: tuple[int, int] = PLAIN) -> Surrogate:
         """The surrogate that is fitted to all of them."""
@@ -235,11 +234,11 @@ def learn(
     if adapt is not None:
         adapt(geometry.parameters(geometry.draws(rng, _WALKERS)))
         seen = _Simulations(problem, geometry)
-        seen.add(geometry.draws(rng, _DRAWS * n_features(geometry.n_params, geometry.n_params, (0, 0)) + _MORE))
-        normal = seen.normal()
-        *_, y = _wander(normal, geometry.draws(rng, _WALKERS), _STOPS, 1.0, rng)
-        if _judged(problem, normal, y, rng) > _NORMAL:
-            return normal, y
+        if np.linalg.norm(seen.at_mode) > _LONG:
+            seen.add(geometry.draws(rng, _DRAWS * n_features(geometry.n_params, geometry.n_params, (0, 0)) + _MORE))
+            *_, y = _wander(normal := seen.normal(), geometry.draws(rng, _WALKERS), _STOPS, 1.0, rng)
+            if _judged(problem, normal, y, rng) > _NORMAL:
+                return normal, y
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)
     n_fitted, n_bent = _DRAWS * n_terms + _MORE, _BENDING * n_terms + _MORE
