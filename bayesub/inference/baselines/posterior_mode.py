@@ -13,6 +13,7 @@ ends at a deviance of 2507 a reading, and continuation at 1.02, with 73 Jacobian
 
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ _MISFIT = 2.0  # mean square of the residuals, one of a mode that fits, from whi
 METHOD = "posterior mode by continuation"
 _FALL = 2.0  # of the scale of the noise from one search to the next
 _NO_FALL = 1e-3  # of the deviance a row
-_NEAR_MODE = 0.1  # posterior standard deviations from the mode of a search, where the next begins
+_NEAR: dict[str, Any] = {"tolerance": 0.1}  # posterior sd from the mode of a search, where the next begins
 _HALVINGS, _MOST_HALVINGS = 3, 7  # of the record before the first search, and where that is not completed
 _LAST = 200  # iterations of the last search
 
@@ -148,17 +149,17 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)
     seconds = 0.0
     for part in _parts(problem, values):
-        estimate = follow_noise(part, values, *((1e-3, _LAST) if part is problem else (_NEAR_MODE, 60)))
+        estimate = follow_noise(part, values, **({"max_iterations": _LAST} if part is problem else _NEAR))
         values, seconds = estimate.values, seconds + estimate.seconds
     simulations, jacobians = problem.costs.simulations - before[0], problem.costs.jacobians - before[1]
     return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)
 
 
-def follow_noise(problem: Sampled, start: np.ndarray, tolerance: float = 1e-3, max_iterations: int = 60) -> Estimate:
+def follow_noise(problem: Sampled, start: np.ndarray, **last: Any) -> Estimate:
     """The posterior mode, followed from noise with which the start (n_params,) would fit, with the seconds of all.
 
-    The last search, with the noise of the problem, has the tolerance and `max_iterations` of :func:`gauss_newton`. A
-    ValueError says that the simulation fails at the start.
+    The `last` search, with the noise of the problem, has these options of :func:`gauss_newton`. A ValueError says that
+    the simulation fails at the start.
     """
     scales, misfit, fall = [1.0], _deviance_a_row(problem, start), np.inf
     while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more
@@ -167,10 +168,8 @@ def follow_noise(problem: Sampled, start: np.ndarray, tolerance: float = 1e-3, m
         fall = before - misfit
     values, seconds = start, 0.0
     for scale in scales:
-        if scale == 1.0:
-            estimate = gauss_newton(problem, values, tolerance=tolerance, max_iterations=max_iterations)
-        else:
-            estimate = gauss_newton(problem.widened(scale), values, tolerance=_NEAR_MODE)
+        posed, options = (problem, last) if scale == 1.0 else (problem.widened(scale), _NEAR)
+        estimate = gauss_newton(posed, values, **options)
         values, seconds = estimate.values, seconds + estimate.seconds
     return replace(estimate, seconds=seconds)
 

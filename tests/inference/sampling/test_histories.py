@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import optimize
 from support.toys import AGREE, Pushed
 
 import bayesub as bs
@@ -34,6 +35,36 @@ def test_the_density_without_histories_is_the_closed_form(toy, marginalised):
     """Readings are normal given the others, whose response is linear; the constant is the same everywhere."""
     exact = np.array([toy.marginal(*place) for place in PLACES])
     np.testing.assert_allclose(np.diff(marginalised.log_likelihood(PLACES)), np.diff(exact), atol=1e-6)
+
+
+def test_an_exact_one_is_right_far_from_its_centre(toy):
+    """Also in batches; the response at the centre alone is wrong there, and so is the mode that it leads to."""
+    centre, places = toy.prior.parameters(np.full(toy.n_params, 0.5)), np.tile(PLACES, (20, 1))
+    expected = np.diff([toy.marginal(*place) for place in places])
+    found = Marginalised(toy, centre, exact=True).log_likelihood(places)
+    np.testing.assert_allclose(np.diff(found), expected, atol=1e-6)
+    assert np.abs(np.diff(Marginalised(toy, centre).log_likelihood(places)) - expected).max() > 0.1
+
+
+def test_the_marginal_mode_is_that_of_the_closed_form(toy):
+    """To a tenth of a posterior sd, from afar; by the response where the search begins it is a whole one off."""
+    start = with_process(toy, posterior_mode(toy.with_wide_process(), rng=np.random.default_rng(1)))
+    start[0] = 1.2
+    marginalised, values = marginal_mode(toy, start)
+    prior, sds = marginalised.prior, np.sqrt(toy.moments()[1])
+
+    def height(x):
+        return toy.marginal(*prior.unscaled(x[None])[0]) + prior.scaled_log_density(x[None])[0]
+
+    best = prior.unscaled(optimize.minimize(lambda x: -height(x), prior.scaled(values), method="Nelder-Mead").x[None])
+
+    def off(values):
+        theta, s = np.ravel(best)
+        return np.abs([values[0] - theta, np.log(values[1] / s)]) / sds
+
+    assert off(values).max() < 0.1
+    rough = Marginalised(toy, start)
+    assert off(gauss_newton(rough, rough.centre[rough.others]).values).max() > 1.0
 
 
 def test_residuals_and_deviance_agree(marginalised):

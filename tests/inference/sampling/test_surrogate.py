@@ -5,6 +5,7 @@ import pytest
 from support.toys import Banana, Cliff, Linear, Toy, ill_conditioned
 
 from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.sampling import surrogate as surrogates
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.surrogate import learn
 from bayesub.problem.distributions import Uniform
@@ -162,3 +163,16 @@ def test_walks_lead_out_of_corners():
     surrogate.flies = True
     _, (*_, flight) = surrogate.walks()
     np.testing.assert_array_equal(flight(y, rng)[0], y)
+
+
+@pytest.mark.parametrize(("problem", "is_normal"), [(ill_conditioned()[0], True), (Banana(), False)])
+def test_a_long_record_has_a_normal_surrogate_if_it_is_normal(monkeypatch, problem, is_normal):
+    """The squares of its rows are the deviance of a linear problem; of a bent one its draws are refused."""
+    monkeypatch.setattr(surrogates, "_LONG", 0.0)
+    geometry, adapted = Geometry.whitened(problem, gauss_newton(problem).values), []
+    surrogate, draws = learn(problem, geometry, np.random.default_rng(3), adapt=adapted.append)
+    assert (surrogate.polynomials.active.shape[1] == 0 and len(adapted) == 1) == is_normal
+    if is_normal:
+        squares = np.sum(surrogate.polynomials(geometry.bent(draws)) ** 2, axis=1)
+        deviances = -2.0 * problem.log_likelihood(geometry.parameters(draws))
+        np.testing.assert_allclose(np.diff(squares), np.diff(deviances), atol=1e-3)
