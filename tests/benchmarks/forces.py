@@ -22,6 +22,7 @@ from disturbed.trials import cost, read_log  # noqa: E402
 
 SEED = 41
 LONG_S, KNOT_S = 7200.0, 5.0  # of forces with the default knots, twice as many as correlation times
+LONG_WALKERS = 8  # of an ensemble; how many steps there are is what convergence wants, not how many draws
 STEP_S = 0.2  # of the long one, in which errors of any step are larger than a tenth of the noise
 ZIGZAG = tuple((10.0 + 20.0 * k, 20.0 * (-1.0) ** k) for k in range(round(LONG_S / 20.0)))  # s, degrees
 COLUMNS = {
@@ -51,7 +52,8 @@ def measured(log: str, duration_s: float, n_knots: int, max_steps: int) -> dict:
 
     sampler.learn_coordinates = timed
     try:
-        posterior = bs.sample(problem, rng=np.random.default_rng(SEED), max_steps=max_steps)
+        walkers = None if duration_s < LONG_S else LONG_WALKERS
+        posterior = bs.sample(problem, rng=np.random.default_rng(SEED), n_walkers=walkers, max_steps=max_steps)
     finally:
         sampler.learn_coordinates = learn
     return {"n_knots": n_knots, "learning": learning[0]} | cost(posterior)
