@@ -12,7 +12,7 @@ from bayesub.inference import identifiability
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
 from bayesub.inference.checks.fit import criticise
-from bayesub.inference.sampling.histories import marginal_mode
+from bayesub.inference.sampling.histories import search_marginal_mode
 from bayesub.problem.alternatives import LeftOut
 from bayesub.study.run.prepare import prepare
 from bayesub.study.schema.study_file import load_study
@@ -36,7 +36,7 @@ def fitted(problem, rng):
     """Quantile residuals at a draw of the Laplace approximation, judged; and the mode."""
     mode = gauss_newton(problem)
     if problem.histories:  # given the others the forces are almost normal, with them they are not
-        marginal, others = marginal_mode(problem, mode.values)
+        marginal, others = search_marginal_mode(problem, problem, rng)
         _, (draw,) = marginal.density(problem, others[None], rng.standard_normal((1, len(marginal.white))))
     else:
         draw = mode.values + np.linalg.cholesky(mode.covariance) @ rng.standard_normal(problem.n_params)
