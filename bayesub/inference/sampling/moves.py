@@ -87,11 +87,14 @@ class SurrogateTransition(emcee.moves.Move):
     moves whose shares vary (Green 1995, section 3).
 
     The `density` is log S (n,) of coords (n, n_params). One of the long walks is taken at each step. Where S is right,
-    d = log p - log S is at the `level`.
+    d = log p - log S is at the `level`. Who moved is told by the first `n_judged` coordinates: a walk may end where it
+    began, and histories are drawn anew all the same.
     """
 
-    def __init__(self, density: Callable, short: Callable, long: Sequence[Callable], level: float = 0.0):
-        self.density, self.short, self.long, self.level = density, short, long, level
+    def __init__(
+        self, density: Callable, short: Callable, long: Sequence[Callable], level=0.0, n_judged: int | None = None
+    ):
+        self.density, self.short, self.long, self.level, self.n_judged = density, short, long, level, n_judged
 
     def propose(self, model: emcee.model.Model, state: emcee.State) -> tuple[emcee.State, np.ndarray]:
         """One step of all walkers, and which of them moved."""
@@ -105,8 +108,9 @@ class SurrogateTransition(emcee.moves.Move):
         reached = log_prob - after - self.level
         gain = reached - excess + self.log_share(reached, near) - self.log_share(excess, near)
         accepted = np.log(random.random(len(before))) < gain
-        moved = emcee.State(proposed, log_prob=log_prob, blobs=blobs)
-        return self.update(state, moved, accepted), accepted
+        moved = (proposed != state.coords)[:, : self.n_judged].any(axis=1)
+        new = emcee.State(proposed, log_prob=log_prob, blobs=blobs)
+        return self.update(state, new, accepted), accepted & moved
 
     @staticmethod
     def log_share(excess: np.ndarray, near: np.ndarray) -> np.ndarray:

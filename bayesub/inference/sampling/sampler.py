@@ -154,12 +154,13 @@ class _Run:
             last = self.blocks[-1].chain[-1] if self.blocks else None
             self._parameters = self.geometry.evaluate(problem, self.state.coords)[1] if last is None else last
         short, long = surrogate.walks()
+        n_others = problem.n_params - sum(len(history.columns) for history in problem.histories)
         self.sampler = emcee.EnsembleSampler(
             n_ensembles * n_walkers,
             problem.n_params,
             self._evaluate,
             moves=[
-                (SurrogateTransition(surrogate.log_prob, short, long, level), 1.0 - MOVE_SHARE),
+                (SurrogateTransition(surrogate.log_prob, short, long, level, n_others), 1.0 - MOVE_SHARE),
                 (LaplacePCN(MOVE_STEPS), MOVE_SHARE),
                 *((EachEnsemble(move, n_ensembles), weight) for move, weight in weighted),
             ],

@@ -173,6 +173,23 @@ def test_a_surrogate_that_is_far_too_low_holds_walkers_for_less_long():
     assert stay[0.0] < 0.4 < 0.8 < stay[1e3]
 
 
+def test_a_walk_that_ends_where_it_began_is_no_move():
+    """Half of the walks go nowhere; of the others some move only the last coordinate, which is not judged."""
+    starts = np.zeros((4, 2))
+
+    def walk(y, random, taken):
+        return (y + [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])[taken], np.zeros(np.count_nonzero(taken))
+
+    def flat(y):
+        return np.zeros(len(y))
+
+    for n_judged, share in ((None, 0.75), (1, 0.5)):
+        move = SurrogateTransition(flat, walk, [walk], n_judged=n_judged)
+        after, counted = moved(move, starts, 1, density=flat)
+        assert counted == share
+        assert np.all(after.sum(axis=1) == [0.0, 1.0, 1.0, 2.0])
+
+
 def test_flights_over_a_standard_normal_are_exact():
     """Without a rest there are no kicks: all is accepted, and a quarter of a turn forgets where it began."""
     starts = np.random.default_rng(5).standard_normal((20_000, N_PARAMS)) + 3.0
