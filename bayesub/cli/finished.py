@@ -155,16 +155,16 @@ def next_(
     """Say what to measure or fly next, after the run in the folder RUN, to know better what is named.
 
     Of each way the expected sd is given, in per cent of the one that the run left: the last trial again, with one more
-    instrument, another manoeuvre, which a search of ten seconds finds, and a value from a towing tank.
+    instrument, another manoeuvre, which a short search finds, and a value from a towing tank.
     """
     from bayesub.logs.log_files import write_log
     from bayesub.study.after.prescription import prescribe
 
     console.quiet = as_json
     with Bars() as bars:
-        found = prescribe(run, wanted, limits, seed=seed, progress=bars)
-    if output is not None:
-        write_log(output, {"time": found.manoeuvre.times} | found.manoeuvre.log)
+        found, manoeuvre = prescribe(run, wanted, limits, seed=seed, progress=bars)
+    if output is not None and manoeuvre is not None:
+        write_log(output, {"time": manoeuvre.times} | manoeuvre.log)
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=2))
         return

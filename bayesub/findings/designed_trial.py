@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -12,27 +13,18 @@ from bayesub.design.information import SHARES, Information
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
 from bayesub.design.plan import REFINED, Plan
+from bayesub.design.prescription import TANK_SD, Asked, further_instruments
 from bayesub.design.search import Found
 from bayesub.design.worth import TankValue, unlocking
 from bayesub.inference.identifiability import NullSpace, null_space
 from bayesub.io.errors import InputError
-from bayesub.logs.log_files import STATES
+from bayesub.io.words import listed
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem.joint import JointProblem
-from bayesub.problem.nuisance import MOVING
-from bayesub.sensors import DVL, INS, Track, flat
-from bayesub.sensors.sensor import QUANTITIES, Sensor
 
 STANDARD = {None: "coupled", "horizontal": "horizontal", "vertical": "vertical"}  # manoeuvre of each sub-problem
 N_DRAWS = 8  # boats of the prior at which the expected sds are looked at too
-FURTHER = {  # instruments that a boat may not have, as good as they are in trials
-    "position to 1 m": Track(position_sd_m=1.0, attitude_sd_deg=1.0, channels=("x", "y")),
-    "heading to 0.05 deg": INS(sd_deg=0.05, channels=("yaw",)),
-    "linear accelerations to 2 mm/s²": INS(sd_mps2=0.002, channels=("udot", "vdot", "wdot")),
-    "rates to 0.001 deg/s": INS(sd_degps=0.001, channels=("p", "q", "r")),
-    "a Doppler log of 1 mm/s": DVL(sd_mps=0.001),
-}
-TANK_SD, N_TANK = 0.05, 5  # relative sd of a value from a towing tank, and how many
+N_TANK = 5  # values from a towing tank
 FAMILIES = {
     "steps": "steps",
     "curves": "curves between knots",
@@ -43,16 +35,6 @@ FAMILIES = {
 _PARTS = 10  # of a manoeuvre, at whose ends it is said what is known
 _WILD = (0.3, 1.0)  # shares of the range of the controls, of manoeuvres that need not keep any limit
 _SEED = 101  # of these manoeuvres
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A coefficient or quantity that was asked for by name."""
-
-    name: str
-    unit: str
-    value: float  # at the coefficients of the vehicle
-    gradient: np.ndarray  # (n,), by the coefficients
 
 
 @dataclass(frozen=True)
@@ -155,16 +137,6 @@ class DesignedTrial:
     def structural(self) -> NullSpace:
         """The null directions that stay if wild manoeuvres, which need not keep any limit, are flown too."""
         return structural(self.judge, self.plan.range, self.plan.families, self.manoeuvres)
-
-
-def further_instruments(judge: Judge) -> dict[str, list[Sensor]]:
-    """Name of each of :data:`FURTHER` -> its sensors of what moves in the sub-problem, as far as there are any."""
-    moving = MOVING.get(judge.vehicle.equations.subproblem(judge.subproblem), STATES)
-    extra = {
-        name: [sensor for sensor in flat([instrument]) if QUANTITIES[sensor.quantity].changes(moving)]
-        for name, instrument in FURTHER.items()
-    }
-    return {name: sensors for name, sensors in extra.items() if sensors}
 
 
 def _total(parts: Iterable[Information]) -> Information:
@@ -375,3 +347,13 @@ def search_sentences(design: DesignedTrial) -> list[str]:
         "the flown trial says what was achieved."
     )
     return sentences
+
+
+def next_sentence(prescription: Mapping[str, Mapping[str, Any]]) -> str:
+    """What each way to go on leaves of the sds of what is asked for, of the numbers of a prescription."""
+    parts, every = [], list(prescription.values())
+    for way in every[0]["after"]:
+        left = sorted(round(100.0 * one["after"][way] / one["sd"]) for one in every)
+        least = f"{left[0]} to " if left[0] < left[-1] else ""
+        parts.append(f"{least}{left[-1]} % after {way}")
+    return f"Of the sds of {listed(list(prescription))} there would be left: {'; '.join(parts)}."

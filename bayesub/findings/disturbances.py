@@ -253,6 +253,12 @@ def _process_sentence(numbers) -> str:
         sd = entry[f"sd_{_suffix(axis)}"]
         if "value" not in sd:
             texts.append(f"sd of {axis} {_interval(sd, unit(axis))}")
+    found, apart = numbers.get("correlation_time_s", {}), numbers["knot_interval_s"]
+    if apart > (time := found.get("median", found.get("value", np.inf))):
+        texts.append(
+            f"the knots are {apart:.3g} s apart, farther than forces stay alike, which may bias coefficients: give "
+            f"[disturbance] knot_interval_s = {0.5 * time:.2g}"
+        )
     return f"{'; '.join(texts)}."
 
 

@@ -1,12 +1,13 @@
 """Everything that a report is about, and every number and sentence that it quotes."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from bayesub.findings import derived, disturbances, remedies, run_numbers, set_up, unseen, verdicts
+from bayesub.findings import derived, designed_trial, disturbances, remedies, run_numbers, set_up, unseen, verdicts
 from bayesub.findings.glance import glance
 from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.unseen import TrialPrediction
@@ -35,6 +36,8 @@ class Results:
     seed: int = 0  # of all that is random in a report, each with a stream of its own (:mod:`bayesub.io.seeds`)
     predictions: Sequence[TrialPrediction] = ()  # of trials that were not fitted
     quantities: Sequence[Quantity] = ()  # that follow from the coefficients, besides the built-in ones
+    # What to measure or fly next, as :meth:`bayesub.design.prescription.Prescription.to_json` has it
+    prescription: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @cached_property
     def summary(self) -> Posterior:
@@ -164,6 +167,9 @@ def numbers_of(results: Results) -> dict:
         numbers["verdict"]["lines_to_add"] = remedies.lines_to_add(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
+    numbers["prescription"] = results.prescription
+    if results.prescription:
+        numbers["verdict"]["next"] = designed_trial.next_sentence(results.prescription)
     if not results.posterior.converged:
         jump = convergence.largest_jump(results.problem, results.posterior.draws, results._random(seeds.JUMPS))
         numbers["convergence"]["largest_jump"] = jump

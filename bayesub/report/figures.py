@@ -17,6 +17,7 @@ from bayesub.report.plots import (
     coefficients,
     convergence,
     corner,
+    design,
     fit,
     ladders,
     posterior,
@@ -73,6 +74,13 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
         )
     if results.derived.values:
         yield _derived(results.derived, word)
+    if results.prescription:
+        yield ReportFigure(
+            "next",
+            "What would be left, in per cent, of the sd of what is asked for after each way to go on, expected in the "
+            "normal approximation: the way above is the best for all together.",
+            lambda path: design.draw_ways(path, results.prescription),
+        )
     for unseen in results.predictions:
         if unseen.posterior.is_flown:
             yield prediction_figure(unseen)

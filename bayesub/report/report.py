@@ -50,6 +50,7 @@ def write_report(
     check: CrossCheck | None = None,
     predictions: Sequence[TrialPrediction] = (),
     quantities: Sequence[Quantity] = (),
+    prescription: Mapping[str, Mapping] | None = None,
     pdf: bool = False,
 ) -> dict:
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
@@ -69,6 +70,7 @@ def write_report(
     check : from :func:`bayesub.cross_check`
     predictions : of trials that were not fitted
     quantities : that follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`)
+    prescription : what to measure or fly next, as :mod:`bayesub.design.prescription` has it in JSON types
     pdf : whether every figure is saved as PDF too, beside the PNG
 
     Returns
@@ -76,7 +78,9 @@ def write_report(
     dict: the content of ``numbers.json``: "converged" among "convergence", the sentences under "verdict"
     """
     asked = study or ReportedStudy(problem.vehicle.name, "")
-    results = Results(problem, estimates, spectrum, posterior, check, asked.seed, predictions, quantities)
+    results = Results(
+        problem, estimates, spectrum, posterior, check, asked.seed, predictions, quantities, prescription or {}
+    )
     numbers = numbers_of(results)
     numbers |= {"name": asked.name, "question": asked.question, "seconds": dict(asked.seconds)}
     numbers["set_up"] |= ({"seed": str(asked.seed)} if study else {}) | dict(asked.origin)
@@ -130,7 +134,7 @@ def markdown_page(
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
-    topics += "others_known trade_offs normality sqp"
+    topics += "others_known trade_offs normality sqp next"
     word, vehicle = reference_word(numbers), markdown(numbers["vehicle"])
     wanted = ("mean ± sd", word, "prior mean ± sd", "sd, all others known")
     shown = [column for column in columns(numbers, word) if column.head.partition(" ×")[0] in wanted]

@@ -7,13 +7,14 @@ import pytest
 from support import refusals
 
 from bayesub.inference.sampling import posterior_file
+from bayesub.io.errors import InputError
 from bayesub.study.after import prescription
 
 
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
     """A brief search."""
-    monkeypatch.setattr(prescription, "SEARCH_S", 0.5)
+    monkeypatch.setattr(prescription, "N_JUDGED", 20)
 
 
 def test_promises_are_those_of_the_sums(bayesub, finished, tmp_path):
@@ -49,12 +50,41 @@ def test_by_default_what_the_trial_sees_most_of_and_the_best_way_first(bayesub, 
     assert left == sorted(left)
 
 
+def test_the_report_of_a_run_ends_in_the_same_but_for_the_manoeuvre(bayesub, finished):
+    """Its numbers, a figure and a sentence."""
+    folder = finished()
+    numbers = json.loads((folder / "numbers.json").read_text())
+    content = json.loads(bayesub("next", str(folder), "--json")[1])
+    for name, one in numbers["prescription"].items():
+        searched = [way for way in content[name]["after"] if way.startswith("another manoeuvre")]
+        assert {way: sd for way, sd in content[name]["after"].items() if way not in searched} == pytest.approx(
+            one["after"], rel=1e-9
+        )
+        assert len(searched) == 1
+        assert name in numbers["verdict"]["next"]
+    assert (folder / "next.png").exists()
+
+
+def test_a_boat_that_may_move_no_control_is_told_what_needs_none(bayesub, finished, monkeypatch):
+    """No manoeuvre is looked for, and the other ways are given."""
+
+    def none(*_):
+        raise InputError("suboff: has no control that may move; give limits of one", "missing", "limits")
+
+    monkeypatch.setattr(prescription, "families", none)
+    status, out, err = bayesub("next", str(finished()), "--json")
+    assert status == 0, err
+    assert all(set(one["after"]) and "another" not in str(one) for one in json.loads(out).values())
+
+
 def test_what_is_no_run_or_no_coefficient_of_it_is_refused(bayesub, finished, tmp_path):
     """In one line."""
     for arguments, kind, key in (
         ([str(tmp_path)], "state", "config.toml"),
         ([str(finished()), "--for", "Zuw"], "conflict", "--for"),
         ([str(finished()), "--for", "Nonsense"], "unknown", "--for"),
+        ([str(finished()), "--for", "D"], "unknown", "--for"),
+        ([str(finished()), "--for", "known:10"], "unknown", "--for"),
     ):
         status, _, err = bayesub("next", *arguments)
         assert (status, err.count("\n")) == (2, 1)

@@ -134,6 +134,15 @@ def test_numbers_are_those_of_the_draws(problem, results, numbers):
     assert said["followed"] == []
 
 
+def test_knots_farther_apart_than_the_correlation_time_are_named(numbers):
+    """With the knot interval that is right; nothing is said of knots that are closer."""
+    section = numbers["disturbance"]
+    time = section["correlation_time_s"]["median"]
+    assert "may bias" not in disturbances.sentences(section | {"knot_interval_s": 0.9 * time})["disturbance"]
+    said = disturbances.sentences(section | {"knot_interval_s": 1.1 * time})["disturbance"]
+    assert f"give [disturbance] knot_interval_s = {0.5 * time:.2g}." in said
+
+
 def test_sentences_say_which_axis_lacks_what(numbers):
     said = disturbances.sentences(numbers["disturbance"])
     assert said["disturbance"].startswith("surge: ")

@@ -177,3 +177,24 @@ def in_units(log: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Column -> history in its unit, of short names -> histories in SI units."""
     headers = {name: log_files.HEADERS.get(name, name) for name in log}
     return {headers[name]: values / log_files.si_factor(headers[name]) for name, values in log.items()}
+
+
+def draw_ways(path: Paths, prescription: Mapping[str, Mapping[str, Any]]) -> None:
+    """What each way to go on leaves of the sd of what is asked for; of its numbers in ``numbers.json``."""
+    ways = list(reversed(next(iter(prescription.values()))["after"]))
+    with style.figure(path, 7.2, 1.1 + 0.34 * len(ways)) as figure:
+        every = figure.subplots(1, len(prescription), sharey=True, squeeze=False)[0]
+        for axis, (name, one) in zip(every, prescription.items(), strict=True):
+            left = [100.0 * one["after"][way] / one["sd"] for way in ways]
+            axis.barh(ways, left, color=style.POSTERIOR, height=0.55)
+            for row, percent in enumerate(left):
+                inside = percent > 50.0
+                axis.annotate(
+                    f"{percent:.0f}", (percent, row), (-3 if inside else 3, 0), textcoords="offset points",
+                    ha="right" if inside else "left", va="center", fontsize=8, color="white" if inside else "black",
+                )  # fmt: skip
+            unit = f" {one['unit']}" if one["unit"] else ""
+            axis.set_title(f"{name}\nsd {one['sd']:.2g}{unit}", fontsize=9)
+            axis.set(xlim=(0.0, 100.0), xticks=[0, 50, 100])
+            axis.tick_params(axis="y", length=0)
+        figure.supxlabel("per cent of the sd of now that would be left", fontsize=9)

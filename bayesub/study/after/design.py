@@ -12,30 +12,29 @@ from bayesub.campaign.executors import Executor
 from bayesub.design import information as goals
 from bayesub.design.families import Family
 from bayesub.design.judge import Judge
+from bayesub.design.knowledge import KnownBefore
 from bayesub.design.limits import N_DRAWS, Limits, Range, load_limits, usual_limits
 from bayesub.design.plan import Plan, best, families, of_time, of_total, refuse_uninformed, tried
+from bayesub.design.prescription import Asked, asked_by_name
 from bayesub.design.search import Found
-from bayesub.findings.designed_trial import Asked, DesignedTrial, structural
+from bayesub.findings.designed_trial import DesignedTrial, structural
 from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
-from bayesub.io.errors import InputError, check_known
+from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress, duration
 from bayesub.io.words import measured
 from bayesub.logs.log_files import write_log
-from bayesub.model import quantities
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.vehicles import Vehicle, load_vehicle
 from bayesub.report import design as report
 from bayesub.study.after.finished_run import finished_run
-from bayesub.study.after.knowledge import covariance_of_draws
 from bayesub.study.provenance import CODE, copies, of_request
 from bayesub.study.run.run import interruptions
 from bayesub.study.run.run_folder import open_folder
-from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors, with_fixed
+from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors
 
 DEFAULT, MINUTES = "known:10", 10.0
-EXACT = 1e-4  # relative sd of a quantity, before any trial, below which it depends on nothing that is unknown
 OPTIMALITY = {
     "D": "a small volume of the posterior (D-optimality)",
     "A": "small variances on average (A-optimality)",
@@ -72,32 +71,6 @@ class Request:
         vehicle = Path(self.vehicle) if toml_files.is_path(self.vehicle) else None
         after = None if self.after is None else self.after / "posterior.nc"
         return {str(file): file for file in (vehicle, self.sensors, self.limits, after) if file is not None}
-
-
-@dataclass(frozen=True)
-class KnownBefore:
-    """The posterior of the coefficients of a run."""
-
-    folder: Path  # of the run
-    names: tuple[str, ...]  # the coefficients, n of them
-    draws: np.ndarray  # (n_draws, n)
-
-    def vehicle(self, vehicle: Vehicle) -> Vehicle:
-        """The vehicle of the posterior means."""
-        return with_fixed(vehicle, dict(zip(self.names, self.draws.mean(axis=0), strict=True)))
-
-    def judge(self, judge: Judge) -> Judge:
-        """The judge whose prior is the posterior; coefficients of the judge are among those of the posterior."""
-        places = [self.names.index(name) for name in judge.names]
-        prior_sd = judge.empty().prior_sd
-        covariance = covariance_of_draws(judge.names, self.draws[:, places])
-        return replace(judge, precision=np.linalg.inv(covariance / np.outer(prior_sd, prior_sd)))
-
-    def sets(self, vehicle: Vehicle, n: int, rng: np.random.Generator) -> np.ndarray:
-        """(n, n_terms) coefficient sets of draws."""
-        sets = np.tile(vehicle.xi, (n, 1))
-        sets[:, vehicle.equations.columns(self.names)] = self.draws[rng.choice(len(self.draws), n)]
-        return sets
 
 
 @dataclass(frozen=True)
@@ -145,7 +118,7 @@ def pose(request: Request) -> Question:
         "goal": meaning + (f", on average over {request.boats} boats of the prior" if request.boats > 1 else ""),
         "sensors": _sensors(judge) + ("" if request.sensors else " (the usual ones, as none are given)"),
         "limits": _limits(limits, request),
-        "prior": _prior(file, known, judge),
+        "prior": _prior(file, request, judge),
     }
     return Question(judge, flights, of_kinds, goal, asked, words)
 
@@ -163,12 +136,11 @@ def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
         what = f"--after {folder}: the run has not converged, and its posterior may be wrong"
         remedy = "raise max_steps of [sampler] in its study and continue it with --resume"
         raise InputError(f"{what}; {remedy}", "state", "--after")
-    flown, posterior = run.vehicle, run.posterior
+    flown = run.vehicle
     if flown.name != vehicle.name or flown.equations != vehicle.equations:
         text = f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat"
         raise InputError(text, "conflict", "--after")
-    names = tuple(name for name in posterior.names if name in vehicle.equations.index)
-    return KnownBefore(folder, names, posterior.draws[:, [posterior.names.index(name) for name in names]])
+    return KnownBefore.by(run.posterior, vehicle)
 
 
 def drawn(judge: Judge, n: int, rng: np.random.Generator) -> np.ndarray:
@@ -188,7 +160,7 @@ def goal_of(
         what = f"--for {' --for '.join(wanted)}: contradict each other"
         raise InputError(f"{what}; give one criterion, or names of coefficients and quantities", "conflict", "--for")
     if not criteria:
-        asked = tuple(_asked(name, judge) for name in dict.fromkeys(wanted))
+        asked = tuple(asked_by_name(name, judge, (DEFAULT, *OPTIMALITY)) for name in dict.fromkeys(wanted))
         return goals.Sharpest([one.gradient for one in asked]), asked, ", ".join(one.name for one in asked)
     (word,) = criteria
     if word == "D":
@@ -214,32 +186,6 @@ def _percent(word: str) -> float:
     return percent
 
 
-def _asked(name: str, judge: Judge) -> Asked:
-    """A coefficient or quantity of a judge by its name."""
-    vehicle = judge.vehicle
-    if name in judge.names:
-        place, unit = judge.names.index(name), vehicle.equations.term(name).unit or ""
-        return Asked(name, unit, judge.values[place], np.eye(len(judge.names))[place])
-    if name in vehicle.equations.index:
-        what = f"--for {name}: is not among the coefficients to infer of {vehicle.name}"
-        raise InputError(f"{what}: it is zero, held, or has no part in the motion", "conflict", "--for")
-    if name not in quantities.QUANTITIES:
-        valid = (DEFAULT, *OPTIMALITY, *judge.names, *quantities.QUANTITIES)
-        hint = f"quantities are {', '.join(quantities.QUANTITIES)}"
-        check_known(name, valid, f"--for {name}: is no criterion, coefficient or quantity", hint=hint, key="--for")
-    quantity = quantities.QUANTITIES[name]
-    if reason := quantity.reason(vehicle):
-        raise InputError(f"--for {name}: {vehicle.name} has none: {reason}", "conflict", "--for")
-    (value,) = quantity.values(vehicle, vehicle.xi)
-    gradient = quantities.gradient(vehicle, quantity, judge.columns)
-    if not (np.isfinite(value) and np.isfinite(gradient).all()):
-        raise InputError(f"--for {name}: {vehicle.name} does not reach it; ask for another quantity", "limit", "--for")
-    if judge.empty().prior_sd_of(gradient) <= EXACT * abs(value):
-        text = f"--for {name}: depends on none of the coefficients to infer; ask for another, or change [free]"
-        raise InputError(text, "conflict", "--for")
-    return Asked(name, quantity.unit, float(value), gradient)
-
-
 def _sensors(judge: Judge) -> str:
     parts = []
     for sensor in judge.sensors:
@@ -254,10 +200,10 @@ def _limits(limits: Limits, request: Request) -> str:
     return ", ".join(parts) + ("" if request.limits else " (the usual ones, as none are given)")
 
 
-def _prior(file, known: KnownBefore | None, judge: Judge) -> str:
+def _prior(file, request: Request, judge: Judge) -> str:
     n = len(judge.names)
-    if known is not None:
-        return f"the posterior of {known.folder} of {n} coefficients; the others are held"
+    if request.after is not None:
+        return f"the posterior of {request.after} of {n} coefficients; the others are held"
     text = f"{n} coefficients, " + (
         f"each to {100 * PRIOR_SD:g} % of its value" if file.prior is None else f"prior {file.prior.kind}"
     )

@@ -5,98 +5,22 @@ ends at the posterior of both trials, if the posterior is normal and the trials 
 """
 
 import textwrap
-from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
 import numpy as np
 import tomlkit
 
+from bayesub.design.knowledge import Knowledge, of_draws, of_moments
 from bayesub.inference.checks import normality
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError
 from bayesub.io.words import listed
 from bayesub.model.equations.files import beside
 from bayesub.problem.priors import CoefficientPrior, Given
 from bayesub.study.after.finished_run import FinishedRun
 from bayesub.study.new import files
 
-SMALLEST = 1e-12  # eigenvalue of a matrix of correlations that is written: below, rounding would make it indefinite
 UNTOUCHED = 0.9  # posterior sd over prior sd from which a coefficient is known by the prior alone
-
-
-@dataclass(frozen=True)
-class Knowledge:
-    """A normal distribution of coefficients."""
-
-    names: tuple[str, ...]  # (n,)
-    mean: np.ndarray  # (n,)
-    sd: np.ndarray  # (n,)
-    correlation: np.ndarray  # (n, n)
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """(n, n)."""
-        return self.correlation * np.outer(self.sd, self.sd)
-
-    def part(self, names: Sequence[str]) -> "Knowledge":
-        """The marginal of some of them."""
-        places = [self.names.index(name) for name in names]
-        return Knowledge(tuple(names), self.mean[places], self.sd[places], self.correlation[np.ix_(places, places)])
-
-    def updated(self, new: "Knowledge") -> "Knowledge":
-        """The same with what a trial has said of some coefficients, and through these of all that they go with.
-
-        The trial does not determine the others directly: given the coefficients of `new` they are what they were, so
-        that their means and covariances follow by regression.
-        """
-        a = [self.names.index(name) for name in new.names]
-        b = [k for k in range(len(self.names)) if k not in a]
-        before, covariance = self.part(new.names), self.covariance
-        slopes = np.linalg.solve(before.covariance, covariance[np.ix_(a, b)]).T
-        mean, result = self.mean.copy(), covariance.copy()
-        mean[a], mean[b] = new.mean, self.mean[b] + slopes @ (new.mean - before.mean)
-        result[np.ix_(a, a)] = new.covariance
-        result[np.ix_(b, a)] = slopes @ new.covariance
-        result[np.ix_(a, b)] = result[np.ix_(b, a)].T
-        result[np.ix_(b, b)] += slopes @ (new.covariance - before.covariance) @ slopes.T
-        return of_moments(self.names, mean, result)
-
-
-def of_moments(names: Sequence[str], mean: np.ndarray, covariance: np.ndarray) -> Knowledge:
-    """That of a mean (n,) and a covariance (n, n).
-
-    The correlation is symmetric with ones on its diagonal to the last bit, widened where rounding makes it singular.
-    """
-    sd = np.sqrt(np.diag(covariance))
-    matrix = covariance / np.outer(sd, sd)
-    matrix = 0.5 * (matrix + matrix.T)
-    lowest = np.linalg.eigvalsh(matrix)[0]
-    if lowest < SMALLEST:
-        matrix = matrix + (SMALLEST - lowest) * np.eye(len(matrix))
-        matrix = matrix / matrix[0, 0]
-    np.fill_diagonal(matrix, 1.0)
-    return Knowledge(tuple(names), np.asarray(mean), sd, matrix)
-
-
-def of_draws(names: Sequence[str], draws: np.ndarray) -> Knowledge:
-    """That of draws (n_draws, n)."""
-    return of_moments(names, draws.mean(axis=0), covariance_of_draws(names, draws))
-
-
-def covariance_of_draws(names: Sequence[str], draws: np.ndarray) -> np.ndarray:
-    """The covariance (n, n) of draws (n_draws, n), which has an inverse: widened where it is singular to rounding.
-
-    Raises InputError where a coefficient is the same in all draws.
-    """
-    covariance = np.atleast_2d(np.cov(draws.T))
-    sd = np.sqrt(np.diag(covariance))
-    for name in (name for name, spread in zip(names, np.ptp(draws, axis=0), strict=True) if not spread > 0.0):
-        raise InputError(f"posterior: all draws of '{name}' are the same; sample it again", "data", name)
-    if np.linalg.eigvalsh(covariance / np.outer(sd, sd))[0] >= SMALLEST:
-        return covariance
-    return of_moments(names, draws.mean(axis=0), covariance).covariance
 
 
 def coefficients(run: FinishedRun) -> list[int]:

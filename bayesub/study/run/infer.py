@@ -34,6 +34,7 @@ from bayesub.report.report import ReportedStudy, write_report
 from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
+from bayesub.study.run.prescribed import prescription
 from bayesub.study.run.result import RESULT, SUGGESTED, StudyResult
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
 from bayesub.study.schema.study_file import Study
@@ -115,8 +116,9 @@ def say_if_long(setup: Setup, progress: Progress) -> None:
     knots = max((history.disturbances.knots for history in setup.problem.histories), key=lambda one: len(one.times))
     progress.remark(
         f"sampling will take about {minutes:.0f} minutes on this machine, with {len(knots.times)} knots on each of "
-        f"{', '.join(knots.axes)}. [disturbance] knot_interval_s = {2.0 * knots.interval:.3g} takes less, for forces "
-        "that change no faster, and so does a correlation_time_s that is a number: it is then taken for known"
+        f"{', '.join(knots.axes)}. [disturbance] knot_interval_s = {2.0 * knots.interval:.3g} takes less, and is right "
+        f"if forces stay alike for {4.0 * knots.interval:.3g} s or longer; a correlation_time_s that is a number takes "
+        "less too: it is then taken for known"
     )
 
 
@@ -264,6 +266,7 @@ def conclude(
         check=check,
         predictions=predictions,
         quantities=[recorded(quantity, kept[quantity.name]) for quantity in setup.quantities],
+        prescription=prescription(setup, posterior).to_json() if posterior.converged else None,
         pdf=context.pdf,
     )
     files = [POSTERIOR, ESTIMATES, *(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]

@@ -5,10 +5,9 @@ import pytest
 from support.refusals import refused
 from support.toys import Linear
 
+from bayesub.design.knowledge import SMALLEST, Knowledge, covariance_of_draws, of_draws, of_moments
 from bayesub.inference.identifiability import fisher
 from bayesub.problem.distributions import CorrelatedNormal, Normal
-from bayesub.study.after import knowledge
-from bayesub.study.after.knowledge import Knowledge, covariance_of_draws, of_draws, of_moments
 
 NAMES = ("a", "b", "c", "d", "e")
 N = len(NAMES)
@@ -102,4 +101,4 @@ def test_what_rounding_makes_indefinite_is_widened_a_little():
     known = of_moments(("a", "b"), np.zeros(2), matrix)
     np.linalg.cholesky(known.correlation)
     total = np.ones(2) @ known.covariance @ np.ones(2)
-    assert 0.0 < total < 10.0 * knowledge.SMALLEST
+    assert 0.0 < total < 10.0 * SMALLEST

@@ -1,0 +1,39 @@
+"""The prescription of a study: what to measure or fly next, by its posterior."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bayesub.design.judge import Judge
+from bayesub.design.knowledge import KnownBefore
+from bayesub.design.prescription import Prescription, prescribe
+from bayesub.inference.sampling import Posterior
+from bayesub.sensors import flat
+from bayesub.sensors.sensor import channel_name
+from bayesub.study.run.prepare import Setup
+from bayesub.study.schema.prior_section import noise_models
+
+
+def prescription(setup: Setup, posterior: Posterior, wanted: Sequence[str] = ()) -> Prescription:
+    """That after the last trial of a study, for coefficients and quantities, by default those of ``[[derived]]``.
+
+    InputError for a name that is not known, and draws of which a coefficient is always the same.
+    """
+    study, vehicle = setup.study, setup.vehicle
+    *_, (name, posed, _) = setup.problem.each_trial(posterior.best)
+    (sections,) = (sections for one, _, sections in study.each_trial() if one == name)
+    trial = setup.trials[name]
+    # A log that was thinned, or has gaps, is read that way again.
+    intervals = {c.name: float(np.median(np.diff(c.times))) for c in trial.record.channels if len(c.times) > 1}
+    sensors = [
+        replace(sensor, interval_s=intervals.get(channel_name(sensor.quantity), sensor.interval_s))
+        for sensor in flat([section.build() for section in sections])
+    ]
+    *_, noise = noise_models(study.noise, [one.record.channels for one in setup.trials.values()])
+    known = KnownBefore.by(posterior, vehicle)
+    judge = Judge(
+        known.vehicle(vehicle), tuple(sensors), known.names, nuisance=trial.nuisance, noise=noise,
+        disturbance=setup.disturbance, subproblem=trial.manoeuvre.subproblem, step_s=posed.simulator.step,
+    )  # fmt: skip
+    return prescribe(known.judge(judge), trial.manoeuvre, wanted, [section.name for section in study.derived])
