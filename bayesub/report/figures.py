@@ -13,18 +13,7 @@ from bayesub.findings.results import AnyProblem, Results
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import (
-    coefficients,
-    convergence,
-    corner,
-    fit,
-    ladders,
-    posterior,
-    prediction,
-    small,
-    style,
-    track,
-)
+from bayesub.report.plots import checks, coefficients, corner, ladders, posterior, style, track
 from bayesub.report.plots import derived as derived_plot
 from bayesub.report.plots.coefficients import Found, labels
 from bayesub.report.plots.style import Paths
@@ -69,7 +58,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             "Left, against time at one draw, diamonds where they are beyond the axis. Middle, correlation of readings "
             "so many intervals apart. Right, histogram of the probability of what is below each reading. Between the "
             "dashed lines are 99 % of what a right model makes, of each bar by itself. " + orange,
-            lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
+            lambda path: checks.draw_criticism(path, results.criticism, results.residuals, results.times),
         )
     if results.derived.values:
         yield _derived(results.derived, word)
@@ -82,20 +71,20 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             "Differences of all means, sds and correlations by the two samplers in Monte Carlo standard errors, and "
             "the normal curve that equal posteriors make. The dashed lines hold all of them in 99 of 100 comparisons "
             "of equal posteriors.",
-            partial(convergence.draw_cross_check, check=results.check.part(sample.names)),
+            partial(checks.draw_cross_check, check=results.check.part(sample.names)),
         )
 
 
 def _ranks(sample, equations) -> ReportFigure:
     """What stands behind the verdict on convergence."""
-    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in convergence.worst(sample)]
+    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in checks.worst(sample)]
     return ReportFigure(
         "ranks",
         f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
         "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"In all, {100 * convergence.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"In all, {100 * checks.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
         f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
-        partial(convergence.draw_ranks, posterior=sample, equations=equations),
+        partial(checks.draw_ranks, posterior=sample, equations=equations),
     )
 
 
@@ -241,11 +230,12 @@ def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
 def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     """Of the first screen: how much narrower the coefficients became, and the strongest trade-off of two."""
     sample, prior, n = results.summary, results.prior_of_others, len(reference)
-    which = f" The {small.BEST} that narrow most and {small.LEAST} that narrow least."
+    best, least = coefficients.BEST, coefficients.LEAST
+    which = f" The {best} that narrow most and {least} that narrow least." if n > best + least else ""
     yield ReportFigure(
         "forest_small",
-        f"90 % of the prior (grey) and of the posterior (blue).{which if n > small.BEST + small.LEAST else ''}",
-        lambda path: small.draw_forest(path, sample, prior, reference, results.problem.equations, word),
+        f"90 % of the prior (grey) and of the posterior (blue).{which}",
+        lambda path: coefficients.draw_small(path, sample, prior, reference, results.problem.equations, word),
     )
     if n < 2:
         return
@@ -255,7 +245,7 @@ def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     yield ReportFigure(
         "pair_small",
         f"The strongest pair, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior, if it is near.",
-        lambda path: small.draw_pair(
+        lambda path: corner.draw_small(
             path,
             coefficients.ratios(draws, reference, prior)[:, pair],
             np.sort(coefficients.ratios(ends.T, reference, prior)[:, pair].T),
@@ -289,11 +279,11 @@ def fan_figure(
         f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
         f"{TRACKS} tracks each, and bands of every channel. The boat at the last reading, half of the 90 % band: "
         f"{', '.join(words)}.{failed}",
-        partial(prediction.draw_fan, channels=channels, prior=prior[flown], posterior=posterior, tracks=tracks),
+        partial(track.draw_fan, channels=channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
     if is_first:
         caption = f"Tracks before (grey) and after the trial{f' {name}' if name else ''} (blue)."
-        yield ReportFigure("fan_small", caption, partial(small.draw_fan, tracks=tracks))
+        yield ReportFigure("fan_small", caption, partial(track.draw_small_fan, tracks=tracks))
 
 
 def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:
@@ -329,7 +319,7 @@ def prediction_figure(unseen: TrialPrediction) -> ReportFigure:
         "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. "
         f"{'Orange: SQP. ' if SQP in unseen.predictions else ''}Lines far off are cut.",
         partial(
-            prediction.draw_unseen,
+            track.draw_unseen,
             channels=trial.problem.record.channels,
             predictions=unseen.predictions,
             warm_up=trial.warm_up_s,

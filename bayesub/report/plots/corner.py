@@ -42,6 +42,7 @@ _REACH = 2.4  # prior sds from the middle to the edge of a panel of the strip
 _CLOUD = 4.2  # standard deviations from the middle of a cloud to the edge of its cells
 _CELLS = 40  # of a cloud in each direction
 _SMOOTHING = 1.0  # cells
+_NEAR = 0.03  # of the prior, the sd of a pair beside which it is drawn on the first screen
 _WIDE = 0.25  # prior sds of a posterior beside which the whole prior is shown
 _BINS = 50  # of a marginal
 _PALE = "#A9CDE4"
@@ -129,6 +130,22 @@ def draw_pairs(
             panel.set_visible(False)
         shown = [replace(one, good=one.good[:, np.unique(pairs)]) for one in found]
         style.legend_above(figure, _handles(shown, beyond, word))
+
+
+def draw_small(path: Paths, draws: np.ndarray, prior: np.ndarray, names: Sequence[str], word: str) -> None:
+    """Draws (n, 2) of two coefficients as ratios, and the ellipse that holds 90 % of their prior, for the first screen.
+
+    `prior`: (2, 2) the 5 and 95 % quantiles of each; `word`: what ratios refer to.
+    """
+    with style.figure(path, *style.SMALL) as figure:
+        axis = figure.subplots()
+        circle = CIRCLE.T * np.ptp(prior, axis=1) / np.ptp(special.ndtri([0.05, 0.95]))
+        if draws.std(axis=0).max() > _NEAR * np.ptp(prior, axis=1).min():
+            axis.plot(*(prior.mean(axis=1) + circle).T, **style.PRIOR_LINE)
+        contours(axis, draws[:: -(-len(draws) // DRAWS)])
+        axis.plot([1.0], [1.0], "+", ms=9, mew=1.2, color=style.TRUTH)
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set(xlabel=f"{names[0]} / {word}", ylabel=f"{names[1]} / {word}")
 
 
 def draw(

@@ -65,12 +65,11 @@ def _intervals(panel, rows, word) -> None:
         else:
             look = {"ms": 5, "mew": 0, "color": style.POSTERIOR} if narrow else {"ms": 7, "color": "white"}
             panel.plot(median, y, "o" if narrow else "|", zorder=4, **look)
-    panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), ylim=(len(rows) - 0.4, -0.6), xticks=[0.0, 1.0])
+    panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), xticks=[0.0, 1.0])
     panel.set_xticklabels(["5 % of the prior", "95 % of the prior"])
-    panel.set_yticks(range(len(rows)), [row["label"] for row in rows])
+    style.show_rows(panel, [row["label"] for row in rows])
     words = [f"{row['words']}  (before {row['prior_words']})" for row in rows]
     style.write_beside(panel, range(len(rows)), words, "90 % of the posterior")
-    panel.grid(axis="y", visible=False)
 
 
 def _spiral(panel, rates, curves) -> None:

@@ -40,9 +40,7 @@ def draw_known(path: Paths, names: Sequence[str], posterior: np.ndarray, conditi
         known = "posterior if all others were known"
         axis.plot(conditional[rows], y, "D", ms=6, mew=0, color=style.WEAK, label=known)
         axis.set_xscale("log")
-        axis.set_yticks(y, [names[k] for k in rows])
-        axis.set_ylim(len(rows) - 0.4, -0.6)
-        axis.grid(axis="y", visible=False)
+        style.show_rows(axis, [names[k] for k in rows])
         axis.set_xlabel("standard deviation, in those of the prior")
         words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{_multiple(gains[k])}" for k in rows]
         style.write_beside(axis, y, words, "gain        $R^2$")
@@ -89,9 +87,7 @@ def draw_directions(
         left.axvline(1.0, color=style.TRUTH, lw=0.8)
         left.set_xscale("log")
         left.set_xlim(right=1.3 * _FURTHEST if found else 2.0)
-        left.set_ylim(len(chosen) - 0.4, -0.6)
-        left.set_yticks(y, [f"{k + 1}" for k in chosen])
-        left.grid(axis="y", visible=False)
+        style.show_rows(left, [f"{k + 1}" for k in chosen])
         left.set_xlabel(f"posterior sd{', distance of solutions' * bool(found)}, in prior sds")
         left.set_ylabel("direction" if n <= ROWS else f"direction; {n - len(chosen)} between are left out")
         axes = ["other"] * n

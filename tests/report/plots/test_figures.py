@@ -18,13 +18,11 @@ from bayesub.model.coefficients import EQUATIONS
 from bayesub.model.equations import load_equations
 from bayesub.report.plots import (
     cards,
+    checks,
     coefficients,
-    convergence,
     corner,
-    fit,
     ladders,
     posterior,
-    prediction,
     style,
     track,
 )
@@ -87,7 +85,7 @@ def draw_cross_check(path):
     size = (2, N)
     z = {"mean_z": np.ones(N), "sd_z": -np.ones(N), "correlation_z": np.zeros(N), "threshold": 3.9}
     check = SimpleNamespace(names=NAMES[:N], means=np.zeros(size), sds=np.ones(size), **z)
-    convergence.draw_cross_check(path, check)
+    checks.draw_cross_check(path, check)
 
 
 def draw_data_card(path):
@@ -109,7 +107,7 @@ def draw_data_card(path):
 def draw_fit(path):
     residuals = {"x": RNG.standard_normal((3, len(TIMES)))}
     check = SimpleNamespace(failed=False, n_readings=len(TIMES), correlations=np.full(8, 0.1))
-    fit.draw(path, SimpleNamespace(checks={"x": check}), residuals, {"x": TIMES})
+    checks.draw_criticism(path, SimpleNamespace(checks={"x": check}), residuals, {"x": TIMES})
 
 
 def draw_correlation(path):
@@ -143,7 +141,7 @@ def draw_profile(path):
 
 
 def draw_ranks(path):
-    convergence.draw_ranks(path, POSTERIOR, EQUATIONS)
+    checks.draw_ranks(path, POSTERIOR, EQUATIONS)
 
 
 def draw_spectra(path):
@@ -223,12 +221,12 @@ def test_tracks(tmp_path, drawings, spiral_track):
     paths = [tmp_path / "figure.png", tmp_path / "figure.pdf"]
     after = np.repeat(readings[None], 4, axis=0)
     before = readings * RNG.uniform(0.5, 1.5, (20, 1))
-    prediction.draw_fan(paths, record.channels, before, after, (1.1 * states, states))
+    track.draw_fan(paths, record.channels, before, after, (1.1 * states, states))
     check(drawings, tmp_path, ("east (m)", "north (m)", "yaw (deg)", "time (s)"))
     drawings.clear()
     straight = states.copy()
     straight[..., 1] = 0.0
-    prediction.draw_fan(paths, record.channels, before, after, (straight, straight))
+    track.draw_fan(paths, record.channels, before, after, (straight, straight))
     check(drawings, tmp_path, ("north (m)", "depth (m)", "yaw (deg)", "time (s)"))
     drawings.clear()
     simulator = spiral_track.simulator
