@@ -22,7 +22,7 @@ COMMANDS = {
     "check": ("Prepare", "before:check", "Validate any input file, and show what it holds"),
     "simulate": ("Trial", "before:simulate", "Fly a manoeuvre; write its track or the log of a trial"),
     "rank": ("Trial", "before:rank", "Show what a manoeuvre leaves open, even with perfect sensors"),
-    "design": ("Trial", "design:design", "Search the manoeuvre that informs most, within limits"),
+    "design": ("Trial", "before:design", "Search the manoeuvre that informs most, within limits"),
     "run": ("Infer", "run:run", "Run a study: fit, sample, judge, report"),
     "report": ("Infer", "finished:report", "Draw figures and report of a run again"),
     "predict": ("Use", "finished:predict", "Predict another manoeuvre or a log by a run"),

@@ -7,16 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.findings import derived
+from bayesub.findings.derived import Derived
 from bayesub.findings.disturbances import InferredForces
 from bayesub.findings.results import AnyProblem, Results
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import checks, coefficients, corner, ladders, posterior, style, track
-from bayesub.report.plots import derived as derived_plot
+from bayesub.report.plots import checks, coefficients, corner, derived, ladders, posterior, style, track
 from bayesub.report.plots.coefficients import Found, labels
-from bayesub.report.plots.style import Paths
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
@@ -185,7 +183,7 @@ def _how_many(fits: np.ndarray) -> str:
     return "all fit" if fits.all() else f"{fits.sum()} fit" if fits.any() else "none fits"
 
 
-def _derived(boats: derived.Derived, word: str) -> ReportFigure:
+def _derived(boats: Derived, word: str) -> ReportFigure:
     """What follows from the coefficients."""
     parts = [
         f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
@@ -200,22 +198,7 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
         )
     if boats.roots:
         parts.append("Roots of small motions, to the left of the dotted line if the boat is stable.")
-    found = derived.numbers(boats)
-    return ReportFigure("derived", "".join(parts).strip(), lambda path: draw_derived(path, boats, found, word))
-
-
-def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) -> None:
-    """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
-    rows = [
-        row
-        | {
-            key: " to ".join(derived.in_words(row[which]["q5"], row[which]["q95"]))
-            for key, which in (("words", "posterior"), ("prior_words", "prior"))
-        }
-        for row in found["quantities"]
-        if row["width_ratio"] is not None
-    ]
-    derived_plot.draw(path, rows, boats.spiral, boats.roots, word)
+    return ReportFigure("derived", "".join(parts).strip(), partial(derived.draw, boats=boats, word=word))
 
 
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:

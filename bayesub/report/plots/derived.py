@@ -1,10 +1,10 @@
 """Quantities that follow from the coefficients, the spiral curve, and roots of small motions: prior and posterior."""
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from bayesub.findings.derived import Derived, in_words, numbers
 from bayesub.report.plots import style
 from bayesub.report.plots.style import Paths
 
@@ -15,20 +15,13 @@ _FOUND = 0.95  # share of the boats that have a steady turn at a rate, where a b
 _PLANES = {"horizontal": "sway and yaw", "vertical": "heave and pitch"}
 
 
-def draw(
-    path: Paths,
-    rows: Sequence[dict],
-    spiral: tuple[np.ndarray, Mapping[str, np.ndarray]] | None,
-    roots: Mapping[str, Mapping[str, np.ndarray]],
-    word: str,
-) -> None:
+def draw(path: Paths, boats: Derived, word: str) -> None:
     """Intervals above, a row a quantity, each from 5 to 95 % of the prior; below them the spiral curve and roots.
 
-    `rows`: of each label, words of the posterior's interval, prior_words of the prior's, reference or None,
-    and quantiles q5 q25 median q75 q95 of the prior and the posterior; `spiral`: rates of turn (m,), rad/s, and by
-    "reference", "prior" and "posterior" the rudder (n, m), rad; or None; `roots`: plane -> by the same names roots (n,
-    k), 1/s; `word`: what the reference is.
+    `word`: what the reference is.
     """
+    rows = [row for row in numbers(boats)["quantities"] if row["width_ratio"] is not None]
+    spiral, roots = boats.spiral, boats.roots
     panels = ([] if spiral is None else ["spiral"]) + list(roots)
     heights = [0.26 * len(rows) + 0.5] * bool(rows) + [2.7] * bool(panels)
     with style.figure(path, 8.6, sum(heights) + 0.45) as figure:
@@ -68,7 +61,8 @@ def _intervals(panel, rows, word) -> None:
     panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), xticks=[0.0, 1.0])
     panel.set_xticklabels(["5 % of the prior", "95 % of the prior"])
     style.show_rows(panel, [row["label"] for row in rows])
-    words = [f"{row['words']}  (before {row['prior_words']})" for row in rows]
+    ends = [[" to ".join(in_words(row[of]["q5"], row[of]["q95"])) for of in ("posterior", "prior")] for row in rows]
+    words = [f"{after}  (before {before})" for after, before in ends]
     style.write_beside(panel, range(len(rows)), words, "90 % of the posterior")
 
 
