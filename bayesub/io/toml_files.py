@@ -54,6 +54,14 @@ class Section(pydantic.BaseModel):
     def _with_tuples(cls, content):
         return {key: _as_tuple(value) for key, value in content.items()} if isinstance(content, dict) else content
 
+    @pydantic.model_validator(mode="after")
+    def _checked(self):
+        self._check()
+        return self
+
+    def _check(self) -> None:
+        """Raise ValueError or InputError if the keys of the table do not go together."""
+
     @pydantic.field_validator("*")
     @classmethod
     def _sensible(cls, value, info: pydantic.ValidationInfo):

@@ -47,13 +47,13 @@ class Series:
         return self.times[wide], self.times[wide + 1]
 
 
-def series(log: dict[str, np.ndarray], least: int = 2 * WINDOWS) -> dict[str, Series]:
-    """Short name -> readings of each column of a log that has at least so many; times must ascend."""
+def series(log: dict[str, np.ndarray]) -> dict[str, Series]:
+    """Short name -> readings of each column of a log that has enough of them; times must ascend."""
     result = {}
     for name, values in log.items():
         cells = np.flatnonzero(np.isfinite(values))
         cells = cells[:: 1 + len(cells) // MOST]
-        if name != "time" and len(cells) >= least:
+        if name != "time" and len(cells) >= 2 * WINDOWS:
             result[name] = Series(log["time"][cells], values[cells])
     return result
 

@@ -45,15 +45,13 @@ class DesignFile(Section):
     noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
     disturbance: DisturbanceSection | None = None  # unmodelled forces, whose histories are integrated out
 
-    @pydantic.model_validator(mode="after")
-    def _possible(self):
+    def _check(self):
         if self.prior is not None and self.prior.centre == "perturbed":
             raise InputError("prior.centre 'perturbed' is a guess about a simulated truth; leave it out", "conflict")
         for name, one in self.nuisance.items():
             if one.value is not None:
                 text = f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out"
                 raise InputError(text, "conflict")
-        return self
 
     def instruments(self) -> tuple[Sensor, ...]:
         """The sensors."""

@@ -198,8 +198,8 @@ class Study(TrialKeys):
     _places: dict[str, Path] = pydantic.PrivateAttr(default_factory=dict)
     _is_quick: bool = pydantic.PrivateAttr(default=False)
 
-    @pydantic.model_validator(mode="after")
-    def _consistent(self):
+    def _check(self):
+        super()._check()
         names = [name for name, *_ in self.each_trial()]
         for name, trial, sections in self.each_trial():
             of = f" for trial '{name}'" if name else ""
@@ -223,7 +223,6 @@ class Study(TrialKeys):
         for name in derived:
             if derived.count(name) > 1:
                 raise InputError(f"two of [[derived]] are named '{name}'; give each its own name", "conflict")
-        return self
 
     @property
     def is_quick(self) -> bool:

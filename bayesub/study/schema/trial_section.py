@@ -58,8 +58,7 @@ class TrialKeys(Section):
         "trust_log",
     )  # fmt: skip
 
-    @pydantic.model_validator(mode="after")
-    def _one_source(self):
+    def _check(self):
         given = [key for key in self.SOURCES if getattr(self, key) is not None]
         if len(given) != 1:
             text = f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}"
@@ -74,7 +73,6 @@ class TrialKeys(Section):
         if self.manoeuvre is None and has_truth:
             text = f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out"
             raise InputError(text, "conflict")
-        return self
 
     def build(
         self,
@@ -159,13 +157,12 @@ class TrialSection(TrialKeys):
 
     PLURAL: ClassVar = "trials"
 
-    @pydantic.model_validator(mode="after")
-    def _not_of_the_body(self):
+    def _check(self):
+        super()._check()
         for name in self.nuisance:
             if name in BODY or name == PROPELLER:
                 text = f"nuisance '{name}' is of the body, the same in all {self.PLURAL}; give it in [nuisance]"
                 raise InputError(text, "conflict")
-        return self
 
 
 class InstrumentsFile(Section):
