@@ -17,7 +17,7 @@ from bayesub.cli.arguments import (
     verbose_option,
 )
 from bayesub.cli.arguments import subproblem as subproblem_option
-from bayesub.cli.outcome import end, tell
+from bayesub.cli.run import end, tell
 from bayesub.io.terminal import Bars, console, say, say_rows
 
 SIMULATORS = ("mss", "mss-json", "pvs", "gazebo", "stonefish", "holoocean")

@@ -13,7 +13,7 @@ from bayesub.findings.results import AnyProblem, Results
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import checks, coefficients, corner, derived, ladders, posterior, style, track
+from bayesub.report.plots import checks, coefficients, corner, derived, style, track, trade_offs
 from bayesub.report.plots.coefficients import Found, labels
 
 TRACKS = 20  # draws whose motion is drawn
@@ -94,7 +94,7 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
     sds = np.array([sample.sd, results.conditional_sd])[:, :n] / sample.prior_sd[:n]
     gains = np.maximum(sds[0] / sds[1], 1.0)
     largest = f"{names[np.argmax(gains)]} {cell(gains.max(), 2)} times"
-    left_out = n - ladders.ROWS
+    left_out = n - trade_offs.ROWS
     more = f" The {left_out} that gain least are left out." if left_out > 0 else ""
     yield ReportFigure(
         "ladder",
@@ -102,7 +102,7 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
         "of a coefficient is only its trade-off with all others together, of which pairs show a part: "
         f"{cell(np.median(gains), 2)} times in the median, {largest}. Gain: posterior sd over that with all others "
         f"known; R: multiple correlation with all others.{more}",
-        partial(ladders.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
+        partial(trade_offs.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
     )
     drawn: dict[str, Any] = {"posterior": sample, "prior": prior, "reference": reference[:n], "equations": equations}
     drawn |= {"found": found, "word": word}
@@ -130,9 +130,9 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
     yield _directions(results, found)
     yield ReportFigure(
         "correlation",
-        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more, within an axis in the order in "
-        f"which they belong together, with numbers from {posterior.NUMBERS:g}. Coefficients are ratios to the {word}.",
-        partial(posterior.draw_correlation, names=names, correlation=correlation, equations=equations),
+        f"Posterior correlations of all that has one of {trade_offs.STRONG:g} and more, within an axis in the order in "
+        f"which they belong together, with numbers from {trade_offs.NUMBERS:g}. Coefficients are ratios to the {word}.",
+        partial(trade_offs.draw_correlation, names=names, correlation=correlation, equations=equations),
     )
 
 
@@ -153,7 +153,7 @@ def _directions(results, found) -> ReportFigure:
         f"All combinations of parameters from the best to the least known: of {n_all} directions {n_stiff} are stiff, "
         f"{n_all - n_stiff - n_null} sloppy and {n_null} null. At the line the data said nothing of a direction. "
         f"Right, what it is made of.{points * bool(found)}",
-        partial(ladders.draw_directions, spectrum=spectrum, equations=results.problem.equations,
+        partial(trade_offs.draw_directions, spectrum=spectrum, equations=results.problem.equations,
                 sds=along(sample.draws).std(axis=0, ddof=1), found=distances),
     )  # fmt: skip
 

@@ -21,10 +21,9 @@ from bayesub.report.plots import (
     checks,
     coefficients,
     corner,
-    ladders,
-    posterior,
     style,
     track,
+    trade_offs,
 )
 from bayesub.sensors import Track, observe
 from calibration import plots as calibration
@@ -111,7 +110,7 @@ def draw_fit(path):
 
 
 def draw_correlation(path):
-    posterior.draw_correlation(path, POSTERIOR.names, POSTERIOR.correlation, EQUATIONS)
+    trade_offs.draw_correlation(path, POSTERIOR.names, POSTERIOR.correlation, EQUATIONS)
 
 
 def draw_corner(path):
@@ -123,15 +122,15 @@ def draw_pairs(path):
 
 
 def draw_ladder(path):
-    ladders.draw_known(path, NAMES[:N], np.full(N, 0.5), np.array([1e-3, 0.1, 0.5]))
+    trade_offs.draw_known(path, NAMES[:N], np.full(N, 0.5), np.array([1e-3, 0.1, 0.5]))
 
 
 def draw_ladder_of_directions(path):
-    ladders.draw_directions(path, SPECTRUM, EQUATIONS, sds=np.full(len(NAMES), 0.5), found=[SQP])
+    trade_offs.draw_directions(path, SPECTRUM, EQUATIONS, sds=np.full(len(NAMES), 0.5), found=[SQP])
 
 
 def draw_spectrum(path):
-    ladders.draw_directions(path, SPECTRUM)
+    trade_offs.draw_directions(path, SPECTRUM)
 
 
 def draw_profile(path):
@@ -274,7 +273,7 @@ def test_a_palette_keeps_common_colours_and_gradients():
 def test_a_saved_figure_has_the_colours_of_its_colour_bar(tmp_path):
     """Of a map of correlations, every cell and every level of the bar keep their colour in the palette of the file."""
     values = np.linspace(-1.0, 1.0, len(NAMES) ** 2).reshape(len(NAMES), -1)
-    posterior.draw_correlation(tmp_path / "map.png", NAMES, values, EQUATIONS)
+    trade_offs.draw_correlation(tmp_path / "map.png", NAMES, values, EQUATIONS)
     picture = np.asarray(Image.open(tmp_path / "map.png").convert("RGB"))
     shown = np.unique(picture.reshape(-1, 3), axis=0).astype(int)
     levels = np.rint(255 * colormaps["RdBu_r"](np.linspace(0.0, 1.0, 256))[:, :3]).astype(int)
