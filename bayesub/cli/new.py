@@ -23,7 +23,7 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
     from bayesub.study.new import files
 
     path = output or Path(f"{name}.toml")
-    text = files.copied_equations(name, source, path) if source else files.equations(name)
+    text = files.equations(name, source, path)
     _write(path, text, f"bayesub check says what it has; then bayesub new vehicle NAME --equations {path}")
 
 

@@ -47,7 +47,7 @@ def _rename(sources: dict[str, str]) -> Change:
 
 
 def _scale(names: Iterable[str], factor: float) -> Change:
-    return lambda data: data | {name: data[name].scaled(factor) for name in names}
+    return lambda data: data | {name: Series(data[name].times, factor * data[name].values) for name in names}
 
 
 def _names(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:

@@ -25,10 +25,6 @@ class Series:
         """Median time between two readings, s."""
         return float(np.median(np.diff(self.times)))
 
-    def scaled(self, factor: float) -> "Series":
-        """The same with values times a factor."""
-        return Series(self.times, factor * self.values)
-
     def at(self, times: np.ndarray) -> np.ndarray:
         """Values by straight lines between readings at times (m,)."""
         return np.interp(times, self.times, self.values)

@@ -226,7 +226,16 @@ def run(script: Script, context: RunContext) -> StudyResult:
 def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) -> StudyResult:
     """Draw a finished run again and judge it, from its ``numbers.json``, by the script of the run or another."""
     if path is None:
-        path = _script_of(folder, config)
+        path = place_of(config)
+        if not path.is_file():
+            text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
+            raise InputError(text, "missing", "--study")
+        digest, files, _ = sources.of_script(path)
+        saved = {str(path): config["script_sha256"]} | config.get("files_sha256", {})
+        for name, now in ({str(path): digest} | files).items():
+            if saved.get(name) != now:
+                text = f"{name}: has changed since the run; run the study again, or name a script with --study"
+                raise InputError(text, "state", "--study")
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
         text = f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume"
@@ -242,24 +251,6 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
 def place_of(config: dict) -> Path:
     """Where the script of a run is or was."""
     return Path(config.get("script", f"studies/{config['name']}.py"))
-
-
-def _script_of(folder: Path, config: dict) -> Path:
-    """The script of a run; InputError if it is not there any more or has changed since."""
-    path = place_of(config)
-    if not path.is_file():
-        text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
-        raise InputError(text, "missing", "--study")
-    (digest, files, _), changed = sources.of_script(path), ""
-    if digest != config["script_sha256"]:
-        changed = str(path)
-    else:
-        saved = config.get("files_sha256", {})
-        changed = next((name for name, digest in files.items() if saved.get(name) != digest), "")
-    if changed:
-        text = f"{changed}: has changed since the run; run the study again, or name a script with --study"
-        raise InputError(text, "state", "--study")
-    return path
 
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:
