@@ -17,8 +17,8 @@ from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, accept_all_letters, comp
 # Command -> its group, the module and the name of its click command, and a line of help. These modules import what they
 # compute with in the function of the command, so that help and completion start at once.
 COMMANDS = {
-    "new": ("Prepare", "new:new", "Write a commented file: vehicle, study, map of a log, limits .."),
-    "convert": ("Prepare", "convert:convert", "Make a log of what a vehicle wrote (ROS, MAVLink, NMEA ..)"),
+    "new": ("Prepare", "prepare:new", "Write a commented file: vehicle, study, map of a log, limits .."),
+    "convert": ("Prepare", "prepare:convert", "Make a log of what a vehicle wrote (ROS, MAVLink, NMEA ..)"),
     "check": ("Prepare", "before:check", "Validate any input file, and show what it holds"),
     "simulate": ("Trial", "before:simulate", "Fly a manoeuvre; write its track or the log of a trial"),
     "rank": ("Trial", "before:rank", "Show what a manoeuvre leaves open, even with perfect sensors"),

@@ -58,7 +58,8 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
     has converged and fits, agrees with its cross-check, its prior and the logs that it predicts, or if the claims hold.
     Of a FOLDER it is the gravest.
     """
-    from bayesub.study.run.run import RunInterrupted, executor_of
+    from bayesub.study.run.run import RunInterrupted, executor_of, read
+    from bayesub.study.run.run import run as run_study
 
     if options["force"] and (options["resume"] or options["keep_stale"]):
         raise InputError("--force excludes --resume and --keep-stale", "conflict", "--force")
@@ -68,29 +69,22 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
             if source.is_dir():
                 results = _run_folder(source, output or Path("runs"), options, executor, verbose)
             else:
-                results = [_run_file(source, output, options, executor, verbose)]
+                study = read(source, quick=options["quick"])
+                given = {key: value for key, value in options.items() if key != "quick"}
+                with Bars() as bars:
+                    folder = output or Path("runs") / study.name
+                    results = [run_study(study, folder, **given, progress=bars, executor=executor)]
+                tell(results[0], verbose=verbose)
     except RunInterrupted as error:
         kept = ("quick", "cross_check", "leave_out", "pdf", "keep_stale")
         words = [f"--{key.replace('_', '-')}" for key in kept if options[key]] + (["--dask", dask] if dask else [])
-        folder = str((output or Path("runs")) if source.is_dir() else error)
-        again = ["bayesub", "run", str(source), "-o", folder, *words, *([] if source.is_dir() else ["--resume"])]
+        place = str((output or Path("runs")) if source.is_dir() else error)
+        again = ["bayesub", "run", str(source), "-o", place, *words, *([] if source.is_dir() else ["--resume"])]
         complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     if as_json:
         found = [result.to_json() | {"glance": result.numbers.get("glance")} for result in results]
         click.echo(json.dumps(found, indent=2))
     end(worst(result.verdict for result in results))
-
-
-def _run_file(file: Path, output: Path | None, options: dict[str, bool], executor, verbose: bool) -> "StudyResult":
-    """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
-    from bayesub.study.run.run import read, run
-
-    study = read(file, quick=options["quick"])
-    with Bars() as bars:
-        given = {key: value for key, value in options.items() if key != "quick"}
-        result = run(study, output or Path("runs") / study.name, **given, progress=bars, executor=executor)
-    tell(result, verbose=verbose)
-    return result
 
 
 def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, verbose: bool) -> list["StudyResult"]:
@@ -163,18 +157,13 @@ def _rows(glance: Mapping[str, Any], *, good: bool) -> Iterator[tuple[str, str]]
         yield from _answer(glance)
     else:
         yield "answer", "not to be used; --verbose shows it all the same"
-    yield "not unique", _not_unique(glance)
-    if good:
-        pairs = (f"{'/'.join(row['pair'])} {row['correlation']:+.2f}" for row in glance["pairs"])
-        yield "trade-offs", _first(pairs, glance["n_pairs"], "above 0.7") or "none above 0.7"
-
-
-def _not_unique(glance: Mapping[str, Any]) -> str:
-    """How many combinations are not, and what to hold."""
     text = counted(glance["n_null"], "combination") if glance["n_null"] else "none"
     text += f", {glance['n_faint']} more nearly" if glance["n_faint"] else ""
     text += "; hold " if glance["hold"] else ""
-    return text + _first(glance["hold"], len(glance["hold"]), used=len(text))
+    yield "not unique", text + _first(glance["hold"], len(glance["hold"]), used=len(text))
+    if good:
+        pairs = (f"{'/'.join(row['pair'])} {row['correlation']:+.2f}" for row in glance["pairs"])
+        yield "trade-offs", _first(pairs, glance["n_pairs"], "above 0.7") or "none above 0.7"
 
 
 def _answer(glance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -235,8 +235,9 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
 
     Of a current the velocity of the boat in the water is on the right.
     """
-    n_axes = len(forces.axes)
-    margins = (0.85, 0.15, 0.5, 0.62)
+    n_axes, margins = len(forces.axes), (0.85, 0.15, 0.5, 0.62)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], forces.turning, [False]]).astype(int)))
+    turns = np.append(forces.fine_times, forces.times[-1])[edges].reshape(-1, 2)  # when it turns fast, from .. to
     with style.figure(path, 9.0, 1.2 + 1.75 * n_axes, margins) as figure:
         rows = figure.subplots(
             n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw={"wspace": 0.24, "hspace": 0.14}
@@ -245,7 +246,9 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
             figure.align_ylabels(column)
         for k, (axis, (left, right)) in enumerate(zip(forces.axes, rows, strict=True)):
             for panel in (left, right):
-                _shade(panel, forces)
+                for begin, end in turns:
+                    label = "turning faster than half of the time" if begin == turns[0][0] else None
+                    panel.axvspan(begin, end, color=style.PRIOR, alpha=0.4, lw=0, label=label)
                 panel.axhline(0.0, color=style.TRUTH, lw=0.5)
                 panel.set_ylabel(f"{axis} ({unit(axis)})")
                 panel.margins(x=0.01)
@@ -263,15 +266,6 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
         for panel in rows[-1]:
             panel.set_xlabel("time (s)")
         figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="upper center", ncols=5, fontsize=8)
-
-
-def _shade(panel, forces):
-    """Grey where the boat turns fast."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], forces.turning, [False]]).astype(int)))
-    ends = np.append(forces.fine_times, forces.times[-1])
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        label = "turning faster than half of the time" if begin == edges[0] else None
-        panel.axvspan(ends[begin], ends[end], color=style.PRIOR, alpha=0.4, lw=0, label=label)
 
 
 def _draw_history(panel, forces, k):

@@ -49,15 +49,11 @@ def draw_known(path: Paths, names: Sequence[str], posterior: np.ndarray, conditi
         axis.set_xscale("log")
         style.show_rows(axis, [names[k] for k in rows])
         axis.set_xlabel("standard deviation, in those of the prior")
-        words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{_multiple(gains[k])}" for k in rows]
+        rests = gains[rows] ** -2.0  # one less the square of the multiple correlation
+        squares = [f"{1.0 - x:.2f}" if x > 0.0095 else rf"$1-{style.power(x).strip('$')}$" for x in rests]
+        words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{square}" for k, square in zip(rows, squares, strict=True)]
         style.write_beside(axis, y, words, "gain        $R^2$")
         style.legend_above(figure, axis.get_legend_handles_labels()[0])
-
-
-def _multiple(gain: float) -> str:
-    """Square of the multiple correlation with all others."""
-    rest = gain**-2.0
-    return f"{1.0 - rest:.2f}" if rest > 0.0095 else rf"$1-{style.power(rest).strip('$')}$"
 
 
 def draw_directions(
