@@ -29,10 +29,10 @@ COMMANDS = {
     "next": ("Use", "finished:next_", "Say what to measure or fly next, and what it promises"),
     "export": ("Use", "finished:export", "Write a posterior as vehicle file, draws or table"),
     "compare": ("Use", "finished:compare", "Set the posteriors of several runs side by side"),
-    "manual": ("Learn", "manual:manual", "Show a page of the manual"),
-    "list": ("Learn", "listing:list_", "List what is built in, and studies"),
+    "manual": ("Learn", "learn:manual", "Show a page of the manual"),
+    "list": ("Learn", "learn:list_", "List what is built in, and studies"),
     "bench": ("Learn", "before:bench", "Measure the simulator on this machine"),
-    "completion": ("Learn", "listing:completion", "Print what completes commands in your shell"),
+    "completion": ("Learn", "learn:completion", "Print what completes commands in your shell"),
 }
 
 

@@ -9,31 +9,27 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 from bayesub.io import toml_files
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, error_source, one_line
 
 if TYPE_CHECKING:
+    from bayesub.findings.data_card import DataCard
+    from bayesub.findings.equation_card import EquationCard
+    from bayesub.findings.log_card import LogCard
+    from bayesub.findings.vehicle_card import VehicleCard
     from bayesub.model.vehicles import Vehicle
     from bayesub.study.run.prepare import Setup
 
-
-class Card(Protocol):
-    """What `check` reports on a file: in words and as JSON."""
-
-    def lines(self) -> list[str]:
-        """The card in words."""
-
-    def to_json(self) -> dict:
-        """The card as JSON types."""
+    Card = DataCard | EquationCard | LogCard | VehicleCard
 
 
-Examined = tuple[str, Card | None]
+Examined: TypeAlias = "tuple[str, Card | None]"  # in words; and what `check` reports, in lines and as JSON
 
 
-def draw_card(cards: Iterable[Card | None], path: Path) -> None:
+def draw_card(cards: "Iterable[Card | None]", path: Path) -> None:
     """Draw the card of the one vehicle or study among those of files; InputError if there is none, or more."""
     from bayesub.report.plots import cards as drawn  # here, since it imports matplotlib
 

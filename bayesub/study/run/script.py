@@ -20,11 +20,10 @@ import operator
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
-from typing import Any
 
 from bayesub.campaign import beside, executors
 from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arrays
@@ -103,25 +102,17 @@ def question(path: Path, *, functions: Sequence[str] = ()) -> str:
     return docstring.splitlines()[0]
 
 
+@dataclass
 class ScriptRun:
-    """A run folder, as a study script sees it: ``name``, ``folder``, ``quick``, ``progress``, and what its methods do.
+    """A run folder, as a study script sees it, and what its methods do."""
 
-    ``formats`` are the suffixes of figures; ``executor`` does parts that are independent of each other.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        folder: Path,
-        *,
-        quick: bool,
-        progress: Progress = SILENT,
-        formats: tuple[str, ...] = (".png",),
-        executor: Executor | None = None,
-    ):
-        self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
-        self.executor = executor or executors.local()
-        self.tables: list[str] = []
+    name: str  # of the study
+    folder: Path
+    quick: bool
+    progress: Progress = SILENT
+    formats: tuple[str, ...] = (".png",)  # suffixes of figures
+    executor: Executor = field(default_factory=executors.local)  # does parts that are independent of each other
+    tables: list[str] = field(default_factory=list)  # lines of Markdown, for the page
 
     def __getstate__(self):
         """In another process there is no display to report to, and there are no other processes."""
@@ -214,8 +205,8 @@ def load(path: Path) -> ModuleType:
 
 def run(script: Script, context: RunContext) -> StudyResult:
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
-    given: dict[str, Any] = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
-    study = ScriptRun(script.name, context.folder, quick=script.is_quick, **given)
+    executor = context.executor or executors.local()
+    study = ScriptRun(script.name, context.folder, script.is_quick, context.progress, context.formats, executor)
     module = load(script.path)
     text = as_json(_shortened(module.compute(study)), "compute()")
     write_text(context.folder / NUMBERS, text)

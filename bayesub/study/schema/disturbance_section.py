@@ -29,6 +29,7 @@ WAYS = {"sd": (AXES, 1.0), "sd_n": (AXES[:3], 1e12), "sd_nm": (AXES[3:], 1e15), 
 WAYS |= {"sd_mps": (CURRENTS, 100.0)}
 LEAST = 1e-20  # of the largest value: less moves nothing
 _UNITS = {"sd_n": "in newton", "sd_nm": "in newton metre", "sd_mps": "in m/s"}
+_KINDS = {"sd_n": "a force", "sd_nm": "a moment", "sd_mps": "a current"}
 
 
 class LogNormalPrior(Section):
@@ -43,12 +44,6 @@ class LogNormalPrior(Section):
 
 
 _SUITED = dict.fromkeys("XYZ", "sd_n") | dict.fromkeys("KMN", "sd_nm") | dict.fromkeys(CURRENTS, "sd_mps")
-
-
-def what(axis: str) -> str:
-    """The kind of disturbance on an axis: a force, a moment or a current."""
-    return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
-
 
 Amount = Annotated[
     Annotated[Positive, pydantic.Tag("(number)")] | Annotated[LogNormalPrior, pydantic.Tag("(prior)")],
@@ -103,7 +98,7 @@ class DisturbanceSection(Section):
                 raise InputError(f"{key}: the axes {axes} have no {' '.join(suited)}; leave it out", "conflict")
             for axis, value in values.items():
                 if axis in self.axes and axis not in suited:
-                    text = f"{key} is {_UNITS.get(key, 'of a force')}, and {axis} is {what(axis)}"
+                    text = f"{key} is {_UNITS.get(key, 'of a force')}, and {axis} is {_KINDS[_SUITED[axis]]}"
                     raise InputError(f"{text}; give it in {_SUITED[axis]}", "conflict")
                 if axis not in self.axes:
                     raise InputError(f"{key} has the axis '{axis}', and axes has {axes}", "conflict")
