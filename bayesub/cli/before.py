@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, dask_option, force_option, plane, seed_option
-from bayesub.cli.arguments import subproblem as subproblem_option
+from bayesub.cli import arguments
+from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
 from bayesub.findings.verdicts import NOT_FLOWN, STATUS
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
@@ -68,7 +68,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     show_default=True,
     help="Controls within a step: interpolated, or held as in the thesis.",
 )
-@subproblem_option
+@arguments.subproblem
 @click.option(
     "--attitude",
     type=click.Choice(["euler", "quaternion"]),
@@ -102,7 +102,7 @@ def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None,
 @click.command(epilog="Example: bayesub rank suboff horizontal --json")
 @click.argument("vehicle", **VEHICLE)
 @click.argument("manoeuvre", **MANOEUVRE)
-@subproblem_option
+@arguments.subproblem
 @click.option("--json", "as_json", is_flag=True, help="Ranks, singular values and null vectors as JSON.")
 def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) -> None:
     """Say which coefficients of a VEHICLE a MANOEUVRE leaves open, axis by axis, if every motion is known exactly.
@@ -177,13 +177,13 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     metavar="N",
     help="Manoeuvres to judge in place of minutes, for a result that does not depend on the speed of the machine.",
 )
-@seed_option
-@subproblem_option
+@arguments.seed_option
+@arguments.subproblem
 @click.option(
     "--resume", is_flag=True, help="Continue an interrupted search, bit for bit, or a finished one for longer."
 )
-@force_option
-@dask_option
+@arguments.force_option
+@arguments.dask_option
 def design(
     vehicle: str,
     output: Path,

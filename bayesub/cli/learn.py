@@ -169,11 +169,9 @@ def list_(what: str, as_json: bool) -> None:
     """List what is built in, the studies of the folder `studies`, and which of their runs in `figures` are current."""
     if what:
         check_known(what, LISTED, f"cannot list '{what}'", hint=f"expected {', '.join(LISTED)}")
-    listings = {"equations": _equations, "logs": _logs, "studies": _studies}
-    kinds = [what] if what else LISTED
-    entries = {kind: listings[kind]() if kind in listings else _built_in(kind) for kind in kinds}
-    if "studies" in kinds and (states := _runs()):
-        entries["runs"] = states
+    listings, kinds = {"equations": _equations, "logs": _logs}, [what] if what else LISTED
+    entries = {k: listings[k]() if k in listings else _built_in(k) for k in kinds if k != "studies"}
+    entries |= _studies_and_runs() if "studies" in kinds else {}
     if as_json:
         click.echo(json.dumps(entries, indent=2))
         return
@@ -207,21 +205,19 @@ def _logs() -> dict[str, str]:
     return {name: toml_files.read_line(folder / "README.md").removeprefix("# ") for name, folder in folders.items()}
 
 
-def _studies() -> dict[str, str]:
-    """File -> question of the studies in the folder `studies`; of one that cannot be read, why not."""
+def _studies_and_runs() -> dict[str, dict[str, str]]:
+    """File -> question of the studies in the folder `studies`; folder -> state of their runs in `figures`.
+
+    Of a study that cannot be read it is why not; a run is ``current``, or ``stale`` and why.
+    """
     from bayesub.study.run import runs
 
-    return {str(path): _question(path) for path in runs.study_files(Path("studies"))}
-
-
-def _runs() -> dict[str, str]:
-    """Folder -> ``current``, or ``stale`` and why, of the runs in the folder `figures`."""
-    from bayesub.study.run import runs
-
-    studies = {path.stem: path for path in runs.study_files(Path("studies"))}
+    studies = runs.study_files(Path("studies"))
+    questions, by_stem = {str(path): _question(path) for path in studies}, {path.stem: path for path in studies}
     folders = [file.parent for file in sorted(Path("figures").glob("*/config.toml"))]
-    flaws = {str(folder): "; ".join(runs.flaws(folder, studies.get(folder.name)).values()) for folder in folders}
-    return {folder: f"stale: {why}" if why else "current" for folder, why in flaws.items()}
+    flaws = {str(folder): "; ".join(runs.flaws(folder, by_stem.get(folder.name)).values()) for folder in folders}
+    states = {folder: f"stale: {why}" if why else "current" for folder, why in flaws.items()}
+    return {"studies": questions} | ({"runs": states} if states else {})
 
 
 def _question(path: Path) -> str:

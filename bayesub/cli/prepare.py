@@ -9,10 +9,9 @@ import click
 from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import LONG_S, Bars, aligned, say
+from bayesub.io.terminal import LONG_S, Bars, aligned, say, say_rows
 
 if TYPE_CHECKING:
-    from bayesub.logs.conversion import Conversion
     from bayesub.logs.readers.signals import VehicleLog
 
 EPOCH, LATEST = 1e8, 1e11  # s; a clock between them counts from 1970
@@ -166,6 +165,8 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
         raise InputError(text, "missing", "--map")
     if output.resolve() in {file.resolve() for file in files}:
         raise InputError(f"{output}: is the file that is read; choose another with -o", "conflict", "-o")
+    import numpy as np
+
     from bayesub.logs import conversion
 
     map_file = map_file or toml_files.built_in("maps")[kind]
@@ -178,8 +179,11 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
         bars.stage(f"write {output.name}")
         result.save(output, bars)
     say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
-    for line in column_lines(result):
-        say(line)
+    filled = {name: cells[np.isfinite(cells)] for name, cells in result.columns.items()}
+    say_rows(
+        (name, f"{len(cells)} cells", f"{cells.min():.6g} .. {cells.max():.6g}", result.sources[name])
+        for name, cells in filled.items()
+    )
     for remark in (*log.remarks, *result.remarks):
         say(f"  note: {remark}")
 
@@ -190,18 +194,6 @@ def _zero(zero: float) -> str:
         return f"0 s is {zero:.6f} s of the file"
     moment = datetime.datetime.fromtimestamp(zero, datetime.UTC)
     return f"0 s is {moment:%Y-%m-%d %H:%M:%S}.{moment.microsecond // 1000:03d} UTC"
-
-
-def column_lines(conversion: "Conversion") -> list[str]:
-    """A line for each column: cells, range, signal."""
-    import numpy as np
-
-    rows = []
-    for name, cells in conversion.columns.items():
-        filled = cells[np.isfinite(cells)]
-        extent = f"{filled.min():.6g} .. {filled.max():.6g}"
-        rows.append((name, f"{len(filled)} cells", extent, conversion.sources[name]))
-    return aligned(rows)
 
 
 def signal_lines(log: "VehicleLog") -> list[str]:

@@ -45,7 +45,15 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     for forces in results.forces:
         yield disturbance_figure(forces)
     yield from _ill_conditioning(results, reference, word, found)
-    yield _ranks(sample, equations)
+    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in checks.worst(sample)]
+    yield ReportFigure(
+        "ranks",
+        f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
+        "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
+        f"In all, {100 * checks.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
+        partial(checks.draw_ranks, posterior=sample, equations=equations),
+    )
     if results.residuals:
         orange = "A channel that does not fit would be orange."
         if results.criticism.suspects:
@@ -71,19 +79,6 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             "of equal posteriors.",
             partial(checks.draw_cross_check, check=results.check.part(sample.names)),
         )
-
-
-def _ranks(sample, equations) -> ReportFigure:
-    """What stands behind the verdict on convergence."""
-    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in checks.worst(sample)]
-    return ReportFigure(
-        "ranks",
-        f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
-        "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"In all, {100 * checks.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
-        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
-        partial(checks.draw_ranks, posterior=sample, equations=equations),
-    )
 
 
 def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFigure]:
@@ -171,16 +166,11 @@ def _found(results, baselines: list[dict]) -> list[Found]:
             if name in estimate.names:
                 values[:, k] = estimate.solutions[:, estimate.names.index(name)]
         method = estimate.method if estimate.method != "SQP" else f"SQP, {counted(len(values), 'start')}"
-        label = f"{method}: {_how_many(fits)}"
+        of_several = "all fit" if fits.all() else f"{fits.sum()} fit" if fits.any() else "none fits"
+        of_one = "fits" if fits.all() else "does not fit"
+        label = f"{method}: {of_several if len(fits) > 1 else of_one}"
         found.append(Found(label, values, fits, inside & fits[:, None], marker, colour))
     return found
-
-
-def _how_many(fits: np.ndarray) -> str:
-    """How many solutions fit the readings."""
-    if len(fits) == 1:
-        return "fits" if fits.all() else "does not fit"
-    return "all fit" if fits.all() else f"{fits.sum()} fit" if fits.any() else "none fits"
 
 
 def _derived(boats: Derived, word: str) -> ReportFigure:

@@ -87,7 +87,7 @@ def test_a_terminal_gets_the_pager(monkeypatch, bayesub):
     monkeypatch.setattr(click, "echo_via_pager", shown.append)
     bayesub("manual", "commands")
     assert not shown
-    monkeypatch.setattr(manual.sys.stdout, "isatty", lambda: True)
+    monkeypatch.setattr(learn.sys.stdout, "isatty", lambda: True)
     bayesub("manual", "commands")
     (text,) = shown
     assert "exit status" in text
@@ -101,7 +101,7 @@ def test_the_manual_needs_nothing_that_computes():
 import sys
 import tomllib
 from click.testing import CliRunner
-from bayesub.cli.manual import manual
+from bayesub.cli.learn import manual
 assert CliRunner().invoke(manual, ["thesis"]).exit_code == 0
 print([name for name in {HEAVY} if name in sys.modules])
 """

@@ -206,7 +206,10 @@ def draw(
         x, y = (np.where(inside, at, np.nan) for at in (columns + SIDE * x, rows + SIDE * (1.0 - y)))
         axis.plot(x, y, **_EDGE)
         _draw_correlations(axis, correlation)
-        _draw_reference(axis, (1.0 - low) / (high - low))
+        at_one = (1.0 - low) / (high - low)  # of the reference, whose lines begin below the title of a marginal
+        for k in np.flatnonzero((at_one >= 0.0) & (at_one <= 1.0)):
+            axis.vlines(k + SIDE * at_one[k], k + 0.16, n - GAP, color=style.TRUTH, lw=0.7)
+            axis.hlines(k + SIDE * (1.0 - at_one[k]), 0.0, max(k - GAP, 0.0), color=style.TRUTH, lw=0.7)
         for one in found:
             points, good = place(one.values), one.good
             at = np.stack([columns, rows])[:, None].repeat(len(points), axis=1)
@@ -295,13 +298,6 @@ def _draw_correlations(axis, correlation) -> None:
         axis.add_collection(PolyCollection([corners], fc=style.CORRELATION(0.5 + 0.5 * rho), lw=0))
         look = {"ha": "center", "va": "center", "fontsize": 9.0, "color": style.on_colour(rho)}
         axis.text(column + 0.5 * SIDE, row + 0.5 * SIDE, _signed(rho), look)
-
-
-def _draw_reference(axis, place) -> None:
-    """Lines at places (n,) in units of panels, down and to the left, from below the title of a marginal."""
-    for k in np.flatnonzero((place >= 0.0) & (place <= 1.0)):
-        axis.vlines(k + SIDE * place[k], k + 0.16, len(place) - GAP, color=style.TRUTH, lw=0.7)
-        axis.hlines(k + SIDE * (1.0 - place[k]), 0.0, max(k - GAP, 0.0), color=style.TRUTH, lw=0.7)
 
 
 def _draw_points(axis, one, x, y, good, at=None, **look) -> int:

@@ -253,7 +253,13 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
                 panel.set_ylabel(f"{axis} ({unit(axis)})")
                 panel.margins(x=0.01)
                 panel.locator_params(axis="y", nbins=5)
-            _draw_history(left, forces, k)
+            for low, high, alpha in _BANDS:
+                ends, label = np.quantile(forces.draws[:, k], [low, high], axis=0), f"{100 * (high - low):.0f} %"
+                left.fill_between(forces.times, *ends, color=style.POSTERIOR, alpha=alpha, lw=0, label=label)
+            median = np.median(forces.draws[:, k], axis=0)
+            left.plot(forces.times, median, color=style.POSTERIOR, lw=1.2, label="median")
+            if forces.truth is not None:
+                left.plot(forces.times, forces.truth[k], color=style.TRUTH, lw=0.8, label="truth")
             left.locator_params(axis="x", nbins=10)
             right.locator_params(axis="x", nbins=5)
             right.plot(forces.fine_times, forces.hull[k], color=style.SQP, lw=1.0)
@@ -266,14 +272,3 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
         for panel in rows[-1]:
             panel.set_xlabel("time (s)")
         figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="upper center", ncols=5, fontsize=8)
-
-
-def _draw_history(panel, forces, k):
-    draws = forces.draws[:, k]
-    for low, high, alpha in _BANDS:
-        lower, upper = np.quantile(draws, [low, high], axis=0)
-        label = f"{100 * (high - low):.0f} %"
-        panel.fill_between(forces.times, lower, upper, color=style.POSTERIOR, alpha=alpha, lw=0, label=label)
-    panel.plot(forces.times, np.median(draws, axis=0), color=style.POSTERIOR, lw=1.2, label="median")
-    if forces.truth is not None:
-        panel.plot(forces.times, forces.truth[k], color=style.TRUTH, lw=0.8, label="truth")

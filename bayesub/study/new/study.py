@@ -114,7 +114,10 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     for key in of_use:
         if log_files.HEADERS[key].endswith("_mps"):
             nuisance += _SCALE.format(f"scale_{channel_name(key)}", 0.01, "1 % of a speed is 2 % of a drag")
-    for scale in _scales_of_forces(boat, plane):
+    has_thrust = boat.body[[workspace.BODY.index(key) for key in workspace.THRUST]].any()
+    scales = [name for name, (_, kind) in boat.actuators.parameters.items() if kind == "scale"]
+    moving = [name for name in scales if boat.actuators.moves(name, plane if plane in MOVING else None)]
+    for scale in [PROPELLER] * bool(has_thrust) + moving:
         nuisance += _SCALE.format(scale, 0.05, "how effective it is: trades off with its coefficients, or the drag")
     return _text(
         name,
@@ -129,17 +132,6 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         nuisance=nuisance,
         searches="sqp_starts = 0                # deterministic searches to compare with",
     )
-
-
-def _scales_of_forces(boat: Vehicle, plane: str) -> list[str]:
-    """The scales of the propeller and of the actuators that move in a plane."""
-    thrust, within = (
-        boat.body[[workspace.BODY.index(key) for key in workspace.THRUST]],
-        plane if plane in MOVING else None,
-    )
-    kinds = boat.actuators.parameters.items()
-    scales = [name for name, (_, kind) in kinds if kind == "scale" and boat.actuators.moves(name, within)]
-    return [PROPELLER] * bool(thrust.any()) + scales
 
 
 def _plane(boat: Vehicle, inputs: np.ndarray) -> str:

@@ -190,14 +190,11 @@ def _controls(log, commanded, vehicle, path, max_gap):
             raise InputError(f"{what}; cut the log there, or {remedy}", "data", columns[name])
     times = np.unique(np.concatenate([times for times, _ in cells.values()]))
     times = times[(times >= begin) & (times <= end)]
-    joined = {name: (_held if name in commanded else np.interp)(times, *cell) for name, cell in cells.items()}
+    joined = {name: np.interp(times, *cell) for name, cell in cells.items()}
+    for since, values, name in ((*cells[name], name) for name in cells.keys() & commanded):  # which hold until the next
+        joined[name] = values[np.searchsorted(since, times, side="right") - 1]
     inputs = values_of_log(vehicle.actuators, joined, len(times), str(path))
     return begin, times - begin, inputs, vehicle.propeller_speed(joined, len(times))
-
-
-def _held(times, since, values):
-    """Values (n,) at times (n,) that hold from `since` (m,) on."""
-    return values[np.searchsorted(since, times, side="right") - 1]
 
 
 def _matters(state, record, nuisance) -> bool:
