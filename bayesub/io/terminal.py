@@ -119,7 +119,7 @@ class Progress(Protocol):
 
 
 class _Silent(Progress):
-    """Work that nobody watches."""
+    """Progress that is not shown."""
 
 
 SILENT: Progress = _Silent()  # type: ignore[abstract]  # its methods do nothing
