@@ -23,7 +23,7 @@ from bayesub.inference.sampling.nuts import compare as compared
 from bayesub.inference.sampling.nuts import sample_nuts
 from bayesub.inference.sampling.posterior import STANDARD
 from bayesub.report import markdown
-from bayesub.report.plots import convergence
+from bayesub.report.plots import checks
 from thesis import cases
 
 N_DRAWS, N_TUNE, N_CHAINS = 1000, 300, 4  # of each chain of NUTS, and their number
@@ -88,7 +88,7 @@ def compare(case, free, ess, arrays, counts):
 def draw(run, numbers):
     """Both posteriors of each case, and a table with a row a case."""
     for case, result in numbers.items():
-        convergence.draw_cross_check(run.figure(case.replace(" ", "_")), CrossCheck.from_json(result["check"]))
+        checks.draw_cross_check(run.figure(case.replace(" ", "_")), CrossCheck.from_json(result["check"]))
     cells = {
         "case": itemgetter("name"),
         "parameters": itemgetter("n_params"),

@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 
 from bayesub.model.coefficients import EQUATIONS
-from bayesub.report.plots import ladders
+from bayesub.report.plots import trade_offs
 from ill_conditioning import one_case, tables
 from ill_conditioning.plots import cancellation, collinearity, contribution, profile, spectra
 from ill_conditioning.profile import LEVEL_95
@@ -86,7 +86,7 @@ def draw(run, numbers):
     for title, case in numbers.items():
         stem, saved = stems[title], arrays[title]
         directions = one_case.restored_spectrum(case, saved)
-        ladders.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
+        trade_offs.draw_directions(run.figure(f"directions_{stem}"), directions, EQUATIONS)
         profile.draw(run.figure(f"profiles_{stem}"), one_case.restored_profiles(case), EQUATIONS)
         related = one_case.restored_collinearity(case, saved)
         collinearity.draw_correlation(run.figure(f"correlation_{stem}"), related, EQUATIONS)

@@ -33,7 +33,7 @@ from scipy import stats
 
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.problem.distributions import Normal
-from bayesub.report.plots import coefficients, corner, posterior, style
+from bayesub.report.plots import coefficients, corner, style, trade_offs
 from posteriors import plots, tables
 from posteriors.trials import compare, searches
 from thesis import cases
@@ -143,7 +143,7 @@ def draw_case(run, name, case, arrays):
     corner.draw(path, draws, prior, reference[some], EQUATIONS, chosen=chosen, found=[exact], word=word)
     signs = np.where(reference < 0.0, -1.0, 1.0)  # of ratios to the truth, as all else is drawn
     correlation = arrays["correlation"] * np.outer(signs, signs)
-    posterior.draw_correlation(run.figure(f"correlations_{name}"), names, correlation, EQUATIONS)
+    trade_offs.draw_correlation(run.figure(f"correlations_{name}"), names, correlation, EQUATIONS)
 
 
 def claims(numbers):

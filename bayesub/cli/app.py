@@ -17,22 +17,22 @@ from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, accept_all_letters, comp
 # Command -> its group, the module and the name of its click command, and a line of help. These modules import what they
 # compute with in the function of the command, so that help and completion start at once.
 COMMANDS = {
-    "new": ("Prepare", "new:new", "Write a commented file: vehicle, study, map of a log, limits .."),
-    "convert": ("Prepare", "convert:convert", "Make a log of what a vehicle wrote (ROS, MAVLink, NMEA ..)"),
+    "new": ("Prepare", "prepare:new", "Write a commented file: vehicle, study, map of a log, limits .."),
+    "convert": ("Prepare", "prepare:convert", "Make a log of what a vehicle wrote (ROS, MAVLink, NMEA ..)"),
     "check": ("Prepare", "before:check", "Validate any input file, and show what it holds"),
     "simulate": ("Trial", "before:simulate", "Fly a manoeuvre; write its track or the log of a trial"),
     "rank": ("Trial", "before:rank", "Show what a manoeuvre leaves open, even with perfect sensors"),
-    "design": ("Trial", "design:design", "Search the manoeuvre that informs most, within limits"),
+    "design": ("Trial", "before:design", "Search the manoeuvre that informs most, within limits"),
     "run": ("Infer", "run:run", "Run a study: fit, sample, judge, report"),
     "report": ("Infer", "finished:report", "Draw figures and report of a run again"),
     "predict": ("Use", "finished:predict", "Predict another manoeuvre or a log by a run"),
     "next": ("Use", "finished:next_", "Say what to measure or fly next, and what it promises"),
     "export": ("Use", "finished:export", "Write a posterior as vehicle file, draws or table"),
     "compare": ("Use", "finished:compare", "Set the posteriors of several runs side by side"),
-    "manual": ("Learn", "manual:manual", "Show a page of the manual"),
-    "list": ("Learn", "listing:list_", "List what is built in, and studies"),
+    "manual": ("Learn", "learn:manual", "Show a page of the manual"),
+    "list": ("Learn", "learn:list_", "List what is built in, and studies"),
     "bench": ("Learn", "before:bench", "Measure the simulator on this machine"),
-    "completion": ("Learn", "listing:completion", "Print what completes commands in your shell"),
+    "completion": ("Learn", "learn:completion", "Print what completes commands in your shell"),
 }
 
 

@@ -6,18 +6,9 @@ from typing import Any
 
 import click
 
-from bayesub.cli.arguments import (
-    MANOEUVRE,
-    PATH,
-    of_predictions,
-    page_folder,
-    pdf_option,
-    plane,
-    seed_option,
-    verbose_option,
-)
-from bayesub.cli.arguments import subproblem as subproblem_option
-from bayesub.cli.outcome import end, tell
+from bayesub.cli import arguments
+from bayesub.cli.arguments import MANOEUVRE, PATH, plane
+from bayesub.cli.run import end, tell
 from bayesub.io.terminal import Bars, console, say, say_rows
 
 SIMULATORS = ("mss", "mss-json", "pvs", "gazebo", "stonefish", "holoocean")
@@ -26,7 +17,7 @@ FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATO
 
 @click.command(epilog="Example: bayesub report runs/quickstart --pdf")
 @click.argument("folder", type=PATH, metavar="DIR")
-@pdf_option
+@arguments.pdf_option
 @click.option("--run-code", is_flag=True, help="Run Python code that the run folder keeps or names, if you trust it.")
 @click.option(
     "--study",
@@ -34,7 +25,7 @@ FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATO
     metavar="FILE",
     help="Script to draw with, for the run of a script that is not where it was, or has changed.",
 )
-@verbose_option
+@arguments.verbose_option
 def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose: bool) -> None:
     """Draw figures and report of the run in DIR again, from what its folder keeps; it may be a copy from elsewhere.
 
@@ -54,7 +45,7 @@ def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose:
 @click.option("-o", "--output", type=PATH, required=True, metavar="FILE", help="File to write or to replace.")
 @click.option("--as", "wanted", type=click.Choice(FORMATS), help="Format; if left out, by the suffix of FILE.")
 @click.option("--fleet", type=click.IntRange(0), default=0, metavar="N", help="N draws, a file each, for a simulator.")
-@seed_option
+@arguments.seed_option
 def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -> None:
     """Write the posterior of the run in the folder RUN for others.
 
@@ -83,13 +74,13 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
 @click.command(epilog="Example: bayesub predict runs/quickstart zigzag_20_20 -o predicted")
 @click.argument("run", type=PATH, metavar="RUN")
 @click.argument("manoeuvre", metavar="MANOEUVRE|LOG", shell_complete=MANOEUVRE["shell_complete"])
-@page_folder
+@arguments.page_folder
 @click.option(
     "--sensors",
     metavar="NAME",
     help="Instruments of the log: a preset, or a TOML file with [[sensors]]; if left out, those of the run.",
 )
-@subproblem_option
+@arguments.subproblem
 @click.option(
     "--sample", "sample_s", type=click.FloatRange(0.0, min_open=True), metavar="S", help="Output interval, s."
 )
@@ -101,7 +92,7 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
     "unknown, and its warm-up tells it.",
 )
 @click.option("--current-east-mps", type=float, metavar="C", help="The same to the east.")
-@of_predictions
+@arguments.of_predictions
 def predict(
     run: Path,
     manoeuvre: str,
@@ -148,7 +139,7 @@ def predict(
 @click.option("--limits", type=PATH, metavar="FILE", help="Of boat, crew and range (bayesub new limits).")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="Write the manoeuvre as a control history in CSV.")
 @click.option("--json", "as_json", is_flag=True, help="Values and expected sds as JSON.")
-@seed_option
+@arguments.seed_option
 def next_(
     run: Path, wanted: tuple[str, ...], limits: Path | None, output: Path | None, as_json: bool, seed: int
 ) -> None:
@@ -176,14 +167,14 @@ def next_(
 
 @click.command(epilog="Example: bayesub compare runs/quickstart runs/longer -o compared")
 @click.argument("runs", type=PATH, metavar="RUN RUN ..", nargs=-1, required=True)
-@page_folder
+@arguments.page_folder
 @click.option(
     "--manoeuvre",
     metavar="MANOEUVRE",
     shell_complete=MANOEUVRE["shell_complete"],
     help="That all predict; if left out, that of the first run, or zigzag_20_20.",
 )
-@of_predictions
+@arguments.of_predictions
 def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
     """Set the posteriors of finished runs side by side: intervals, contractions, distances and predictions.
 

@@ -1,19 +1,27 @@
-"""The command `run`: a study, or every study of a folder."""
+"""The command `run`: a study, or every study of a folder; and how `run` and `report` end: a dozen aligned lines."""
 
 import json
+import re
 import shlex
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from bayesub.cli.arguments import PATH, dask_option, pdf_option, verbose_option
-from bayesub.cli.outcome import end, tell
+from bayesub.findings.verdicts import STATUS, in_words, worst
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, duration, say, say_rows
+from bayesub.io.terminal import INTERRUPTED, Bars, aligned, complain, console, duration, say, say_rows, width
+from bayesub.io.words import counted
+from bayesub.study.run.result import SUGGESTED
 
 if TYPE_CHECKING:
     from bayesub.study.run.result import StudyResult
+
+_GAP = 16  # of the words of a row, from the beginning of a line
+_BAD_LINES = 4  # that what is wrong takes, in all
 
 
 @click.command(epilog="Example: bayesub run studies/quickstart.toml -o runs/quickstart")
@@ -50,8 +58,8 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
     has converged and fits, agrees with its cross-check, its prior and the logs that it predicts, or if the claims hold.
     Of a FOLDER it is the gravest.
     """
-    from bayesub.findings.verdicts import worst
-    from bayesub.study.run.run import RunInterrupted, executor_of
+    from bayesub.study.run.run import RunInterrupted, executor_of, read
+    from bayesub.study.run.run import run as run_study
 
     if options["force"] and (options["resume"] or options["keep_stale"]):
         raise InputError("--force excludes --resume and --keep-stale", "conflict", "--force")
@@ -61,29 +69,22 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
             if source.is_dir():
                 results = _run_folder(source, output or Path("runs"), options, executor, verbose)
             else:
-                results = [_run_file(source, output, options, executor, verbose)]
+                study = read(source, quick=options["quick"])
+                given = {key: value for key, value in options.items() if key != "quick"}
+                with Bars() as bars:
+                    folder = output or Path("runs") / study.name
+                    results = [run_study(study, folder, **given, progress=bars, executor=executor)]
+                tell(results[0], verbose=verbose)
     except RunInterrupted as error:
         kept = ("quick", "cross_check", "leave_out", "pdf", "keep_stale")
         words = [f"--{key.replace('_', '-')}" for key in kept if options[key]] + (["--dask", dask] if dask else [])
-        folder = str((output or Path("runs")) if source.is_dir() else error)
-        again = ["bayesub", "run", str(source), "-o", folder, *words, *([] if source.is_dir() else ["--resume"])]
+        place = str((output or Path("runs")) if source.is_dir() else error)
+        again = ["bayesub", "run", str(source), "-o", place, *words, *([] if source.is_dir() else ["--resume"])]
         complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
     if as_json:
         found = [result.to_json() | {"glance": result.numbers.get("glance")} for result in results]
         click.echo(json.dumps(found, indent=2))
     end(worst(result.verdict for result in results))
-
-
-def _run_file(file: Path, output: Path | None, options: dict[str, bool], executor, verbose: bool) -> "StudyResult":
-    """Run a study into its folder, ``runs/NAME`` if none is given, and say what came of it."""
-    from bayesub.study.run.run import read, run
-
-    study = read(file, quick=options["quick"])
-    with Bars() as bars:
-        given = {key: value for key, value in options.items() if key != "quick"}
-        result = run(study, output or Path("runs") / study.name, **given, progress=bars, executor=executor)
-    tell(result, verbose=verbose)
-    return result
 
 
 def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, verbose: bool) -> list["StudyResult"]:
@@ -108,3 +109,95 @@ def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, 
     if (output / runs.INDEX).exists():
         say(f"index: {output / runs.INDEX}")
     return results
+
+
+def tell(result: "StudyResult", *, verbose: bool = False) -> None:
+    """Say what came of a run; the verdict comes last."""
+    numbers = result.numbers
+    for topic, sentence in result.sentences.items() if verbose else ():
+        label = topic.replace("_", " ")
+        if "\n" in sentence:  # lines to paste begin a line
+            say(f"{label}:\n{sentence}")
+        else:
+            say_rows([(f"{label:<12}", sentence)], indent="")
+    if "glance" in numbers:
+        flown = f"{numbers['vehicle']}, {numbers['manoeuvre']}, {numbers['n_readings']} readings"
+        taken = f"  {duration(result.seconds)}"
+        say(f"{f'{result.name}  {flown}':<{width() - len(taken)}}{taken}")
+        say_rows((f"{label:<12}", words) for label, words in _rows(numbers["glance"], good=result.good))
+    else:
+        for shortcoming in result.shortcomings:
+            say(f"{result.verdict}: {shortcoming}")
+    place = ("report", result.report) if result.report else ("figures and numbers", result.folder)
+    say(f"  {place[0]:<12}  {place[1]}")
+    if "glance" in numbers:
+        say(f"  {'next':<12}  {_next(result, numbers['glance'])}")
+    reasons = [result.text] if result.text else []
+    say(in_words(result.verdict, reasons), style="bold green" if result.good else "bold red")
+
+
+def end(verdict: str) -> None:
+    """End the command with the status of a verdict, if it is not a good one."""
+    if STATUS[verdict]:
+        raise click.exceptions.Exit(STATUS[verdict])
+
+
+def _rows(glance: Mapping[str, Any], *, good: bool) -> Iterator[tuple[str, str]]:
+    """Label and words of each line; of an answer that is not to be used, what is wrong in place of the answer."""
+    marks = glance["marks"]
+    bad = [mark for mark in marks if mark["good"] is False]
+    words = {True: "{word}", None: "{topic} {word}"}  # of those that are passed, and of those that were not tried
+    others = [("{word} ({text})" if m["topic"] == "sampling" else words[m["good"]], m) for m in marks if m not in bad]
+    yield "checks", ", ".join(form.format(**mark) for form, mark in others)
+    for mark in bad:
+        text = re.sub(r" \([^()]*\)", "", mark["text"])  # numbers in brackets are in the report
+        room = (width() - _GAP) * max(1, _BAD_LINES // len(bad)) - 10
+        yield mark["topic"], textwrap.shorten(text, room, placeholder=" ..")
+    if good:
+        yield from _answer(glance)
+    else:
+        yield "answer", "not to be used; --verbose shows it all the same"
+    text = counted(glance["n_null"], "combination") if glance["n_null"] else "none"
+    text += f", {glance['n_faint']} more nearly" if glance["n_faint"] else ""
+    text += "; hold " if glance["hold"] else ""
+    yield "not unique", text + _first(glance["hold"], len(glance["hold"]), used=len(text))
+    if good:
+        pairs = (f"{'/'.join(row['pair'])} {row['correlation']:+.2f}" for row in glance["pairs"])
+        yield "trade-offs", _first(pairs, glance["n_pairs"], "above 0.7") or "none above 0.7"
+
+
+def _answer(glance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What is known of boat and coefficients."""
+    boat = [(row["label"], f"{' .. '.join(row['posterior'])} {row['unit']}", row["prior"]) for row in glance["boat"]]
+    lines = aligned([(label, now, f"(before {' .. '.join(before)})") for label, now, before in boat], indent="")
+    for row in glance["stable"]:
+        lines.append(f"stable {row['where']}: {100 * row['posterior']:.3g} % (before {100 * row['prior']:.3g} %)")
+    yield from zip(["boat", *[""] * len(lines)], lines, strict=False)
+    known = glance["known"]
+    count = f"{len(known)} of {glance['n_coefficients']} to 5 %{': ' if known else ''}"
+    words = (f"{row['name']} {row['percent']:.2g} %" for row in known)
+    yield "coefficients", count + _first(words, len(known), used=len(count))
+    yield "", f"{glance['n_sharper']} better than before, {glance['n_untouched']} by the prior alone"
+
+
+def _first(words: Iterable[str], n: int, what: str = "", used: int = 0) -> str:
+    """As many of the words as have room in a line of which some is used, and how many of `n` more there are."""
+    words = list(words)
+    for k in range(len(words), -1, -1):
+        more = [f"{n - k} {'more ' if k else ''}{what}".rstrip()] if n > k else []
+        text = ", ".join([*words[:k], *more])
+        if len(text) <= width() - _GAP - used or k <= 1:
+            break
+    return text
+
+
+def _next(result: "StudyResult", glance: Mapping[str, Any]) -> str:
+    """The command that helps on."""
+    folder = shlex.quote(result.folder)
+    if result.good and "zigzag_overshoot_deg" in (row["name"] for row in glance["boat"]):
+        return f"bayesub predict {folder} zigzag_20_20 -o {folder}_predicted"
+    if result.good:
+        return f"bayesub export {folder} -o known.toml"
+    if (file := Path(result.folder) / SUGGESTED).exists():
+        return f"bayesub run {shlex.quote(str(file))} -o {folder}_again"
+    return "bayesub manual troubleshooting"

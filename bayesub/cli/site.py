@@ -17,7 +17,7 @@ from pathlib import Path
 
 import tomli_w
 
-from bayesub.cli.manual import FOLDER, KINDS, Page
+from bayesub.cli.learn import FOLDER, KINDS, Page
 from bayesub.io.atomic import writing
 from bayesub.io.errors import InputError
 from bayesub.study.run import runs

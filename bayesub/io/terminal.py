@@ -118,15 +118,11 @@ class Progress(Protocol):
         """Say a sentence that stays on the screen; a command in it has an indented line of its own."""
 
 
-class _Silent:
-    def stage(self, name: str) -> None: ...
-
-    def update(self, done: float, total: float, unit: str = "", note: str = "") -> None: ...
-
-    def remark(self, sentence: str) -> None: ...
+class _Silent(Progress):
+    """Progress that is not shown."""
 
 
-SILENT: Progress = _Silent()  # not shown
+SILENT: Progress = _Silent()  # type: ignore[abstract]  # its methods do nothing
 
 
 class _Tail(rich.progress.ProgressColumn):

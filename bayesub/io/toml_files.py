@@ -5,7 +5,6 @@ import gzip
 import inspect
 import math
 import operator
-import os
 import re
 import stat
 import tomllib
@@ -53,6 +52,14 @@ class Section(pydantic.BaseModel):
     @classmethod
     def _with_tuples(cls, content):
         return {key: _as_tuple(value) for key, value in content.items()} if isinstance(content, dict) else content
+
+    @pydantic.model_validator(mode="after")
+    def _checked(self):
+        self._check()
+        return self
+
+    def _check(self) -> None:
+        """Raise ValueError or InputError if the keys of the table do not go together."""
 
     @pydantic.field_validator("*")
     @classmethod
@@ -178,7 +185,14 @@ def reading(path: Path, most: float | None = None) -> Iterator[None]:
     So is what is no regular file, and what holds more than `most` bytes (MOST_LOG), unpacked if it is a .gz.
     """
     try:
-        _check_file(path, path.stat(), MOST_LOG if most is None else most)
+        status, most = path.stat(), MOST_LOG if most is None else most
+        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+            raise InputError(f"{path}: is a device or a pipe; name a file", "file")
+        size = status.st_size
+        if path.suffix == ".gz" and _DENSEST * size > most >= size:
+            size = _unpacked(path, status.st_mtime_ns, most)
+        if size > most:
+            raise InputError(f"{path}: holds more than {most:.3g} bytes; cut it, or thin out its rows", "limit")
         yield
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {reason(error)}", "file") from None
@@ -190,16 +204,6 @@ def reading(path: Path, most: float | None = None) -> Iterator[None]:
         line = before.count("\n") + 1
         where = f"{path}: line {line}: is not UTF-8 text, found the byte 0x{ord(byte) - 0xDC00:02x}"
         raise InputError(f"{where}; save it as UTF-8", "format") from None
-
-
-def _check_file(path: Path, status: os.stat_result, most: float) -> None:
-    if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
-        raise InputError(f"{path}: is a device or a pipe; name a file", "file")
-    size = status.st_size
-    if path.suffix == ".gz" and _DENSEST * size > most >= size:
-        size = _unpacked(path, status.st_mtime_ns, most)
-    if size > most:
-        raise InputError(f"{path}: holds more than {most:.3g} bytes; cut it, or thin out its rows", "limit")
 
 
 @functools.lru_cache

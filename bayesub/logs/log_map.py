@@ -15,12 +15,7 @@ from bayesub.logs import log_files
 _OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_mps", "_kgm3", "_counts", "_percent", "_us")
 
 
-def _known_unit(unit: str) -> str:
-    units.find(unit)
-    return unit
-
-
-Unit = Annotated[str, pydantic.AfterValidator(_known_unit)]
+Unit = Annotated[str, pydantic.AfterValidator(lambda unit: units.find(unit) and unit)]  # find refuses unknown ones
 
 
 class Clock(Section):
@@ -49,11 +44,9 @@ class TimeSection(Clock):
         own = self.tables.get(table)
         return self if own is None else self.model_copy(update=own.model_dump(exclude_unset=True))
 
-    @pydantic.model_validator(mode="after")
-    def _has_length(self):
+    def _check(self):
         if self.start_s is not None and self.end_s is not None and not self.start_s < self.end_s:
             raise ValueError(f"start_s ({self.start_s:g}) must be before end_s ({self.end_s:g})")
-        return self
 
 
 class ColumnSection(Section):
@@ -79,8 +72,7 @@ class ColumnSection(Section):
     water_density_kgm3: WaterDensity | None = None  # makes a depth of a pressure
     optional: bool = False  # the file may lack the signal
 
-    @pydantic.model_validator(mode="after")
-    def _is_one_rule(self):
+    def _check(self):
         if self.points is not None:
             if self.factor is not None or self.zero != 0.0:
                 raise ValueError("points take the place of zero and factor; leave these out")
@@ -93,7 +85,6 @@ class ColumnSection(Section):
             raise ValueError("factor must not be zero")
         if self.valid is not None and not self.valid[0] < self.valid[1]:
             raise ValueError("valid is [smallest, largest]")
-        return self
 
 
 class LogMap(Section):

@@ -46,8 +46,12 @@ def _rename(sources: dict[str, str]) -> Change:
     return change
 
 
-def _scale(names: Iterable[str], factor: float) -> Change:
-    return lambda data: data | {name: data[name].scaled(factor) for name in names}
+def _scale(names: Iterable[str], factor: float, offset: float = 0.0) -> Change:
+    return lambda data: data | {n: Series(data[n].times, factor * data[n].values + offset) for n in names}
+
+
+def _stretch(factor: float) -> Change:
+    return lambda data: {name: Series(factor * one.times, one.values) for name, one in data.items()}
 
 
 def _names(data: dict[str, Series], headers: dict[str, str]) -> Iterator[Mend]:
@@ -107,12 +111,7 @@ def _units(data, headers) -> Iterator[Mend]:
             remedy = f"multiply {_it(group)} by {FOOT:.4g}"
             yield Mend("unit", tuple(group), "in feet", remedy, _scale(group, FOOT))
     for words, factor in (("ms", 1e-3), ("minutes", 60.0)):
-        remedy = f"multiply it by {factor:g}"
-
-        def change(data, factor=factor):
-            return {name: Series(factor * one.times, one.values) for name, one in data.items()}
-
-        yield Mend("unit", ("time",), f"in {words}", remedy, change)
+        yield Mend("unit", ("time",), f"in {words}", f"multiply it by {factor:g}", _stretch(factor))
 
 
 def _it(names) -> str:
@@ -150,8 +149,4 @@ def _headings(data, headers) -> Iterator[Mend]:
             ("origin", 1.0, 0.25, "off by a quarter turn", f"add {quarter} to it"),
             ("origin", 1.0, -0.25, "off by a quarter turn", f"subtract {quarter} from it"),
         ):
-
-            def change(data, name=name, sign=sign, turns=turns):
-                return data | {name: Series(data[name].times, sign * data[name].values + turns * TURN)}
-
-            yield Mend(kind, (name,), words, remedy, change)
+            yield Mend(kind, (name,), words, remedy, _scale([name], sign, turns * TURN))

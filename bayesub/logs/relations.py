@@ -4,6 +4,7 @@ Differences of a noisy column are noisier still, so that changes over windows ar
 over the same windows, for windows of several lengths. The equations are those of the model manual, section 1.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -46,7 +47,7 @@ class Relation:
     words: str  # what is compared
     targets: tuple[str, ...]  # positions or angles
     needed: tuple[str, ...]  # columns that their rates are made of
-    rates: Callable  # short name -> values (n,) of the columns, to rates (n,) or (k, n)
+    rates: Callable  # short name -> values (n,) of the columns, or zero of those that are not there, to rates (.., n)
     optional: tuple[str, ...] = ()  # columns that count as zero if the log does not have them
     drift: bool = False  # whether the rates may be off by a constant: a current, or the zero of a gyro
     kind: str = "change"  # or ``length`` of the change, or ``direction``, for integrals of unit vectors
@@ -91,7 +92,8 @@ class Relation:
         times, at = (t[(t >= begin) & (t <= end)] for t in (finest.times, parts[self.targets[0]].times))
         if min(len(times), len(at)) < 2 * WINDOWS:
             return None
-        values = np.reshape(self.rates({name: part.at(times) for name, part in rates.items()}), (-1, len(times)))
+        read = {name: part.at(times) for name, part in rates.items()}
+        values = np.reshape(self.rates(defaultdict(float, read)), (-1, len(times)))
         steps = 0.5 * np.diff(times) * (values[:, 1:] + values[:, :-1])
         totals = np.concatenate([np.zeros_like(values[:, :1]), np.cumsum(steps, axis=1)], axis=1)
         integrals = np.stack([np.interp(at, times, total) for total in totals], axis=1)
@@ -134,31 +136,23 @@ class Relation:
         return min(misfit, _difference(change, by_rates, elapsed), key=lambda one: one.share)
 
 
-def _or_zero(values, *names):
-    return [values.get(name, 0.0) for name in names]
+def _yaw_rate(v):
+    return (np.sin(v["phi"]) * v["q"] + np.cos(v["phi"]) * v["r"]) / np.cos(v["theta"])
 
 
-def _yaw_rate(values):
-    phi, theta, q = _or_zero(values, "phi", "theta", "q")
-    return (np.sin(phi) * q + np.cos(phi) * values["r"]) / np.cos(theta)
+def _pitch_rate(v):
+    return np.cos(v["phi"]) * v["q"] - np.sin(v["phi"]) * v["r"]
 
 
-def _pitch_rate(values):
-    phi, r = _or_zero(values, "phi", "r")
-    return np.cos(phi) * values["q"] - np.sin(phi) * r
-
-
-def _roll_rate(values):
-    phi, theta, q, r = _or_zero(values, "phi", "theta", "q", "r")
-    return values["p"] + np.tan(theta) * (np.sin(phi) * q + np.cos(phi) * r)
+def _roll_rate(v):
+    return v["p"] + np.tan(v["theta"]) * (np.sin(v["phi"]) * v["q"] + np.cos(v["phi"]) * v["r"])
 
 
 def _velocity(values, suffix, heading):
     """(3, n) of body velocities, to the north, to the east and down."""
-    zero = np.zeros_like(values[f"u{suffix}"])
-    angles = [zero + angle for angle in _or_zero(values, heading, "theta", "phi")]
-    velocity = [zero + values.get(f"{name}{suffix}", 0.0) for name in "uvw"]
-    return Rotation.from_euler("ZYX", np.stack(angles, axis=1)).apply(np.stack(velocity, axis=1)).T
+    names = heading, "theta", "phi", *(f"{name}{suffix}" for name in "uvw")
+    columns = np.stack(np.broadcast_arrays(*(values[name] for name in names)), axis=1)
+    return Rotation.from_euler("ZYX", columns[:, :3]).apply(columns[:, 3:]).T
 
 
 def _unit(name):
@@ -172,8 +166,8 @@ def relations(data: Data) -> Iterator[Relation]:
         words = f"changes of {header} and integrals of r"
         yield Relation(words, (name,), ("r",), _yaw_rate, ("phi", "theta", "q"), drift=True)
     yield Relation("changes of pitch and integrals of q", ("theta",), ("q",), _pitch_rate, ("phi", "r"), drift=True)
-    roll = "changes of roll and integrals of p"
-    yield Relation(roll, ("phi",), ("p",), _roll_rate, ("theta", "q", "r"), drift=True)
+    words = "changes of roll and integrals of p"
+    yield Relation(words, ("phi",), ("p",), _roll_rate, ("theta", "q", "r"), drift=True)
     words = "changes of the track and integrals of"
     yield Relation(f"{words} north and east", track, ("north", "east"), lambda v: [v["north"], v["east"]])
     for suffix, drift in (("_ground", False), ("", True)):

@@ -25,10 +25,6 @@ class Series:
         """Median time between two readings, s."""
         return float(np.median(np.diff(self.times)))
 
-    def scaled(self, factor: float) -> "Series":
-        """The same with values times a factor."""
-        return Series(self.times, factor * self.values)
-
     def at(self, times: np.ndarray) -> np.ndarray:
         """Values by straight lines between readings at times (m,)."""
         return np.interp(times, self.times, self.values)
@@ -47,13 +43,13 @@ class Series:
         return self.times[wide], self.times[wide + 1]
 
 
-def series(log: dict[str, np.ndarray], least: int = 2 * WINDOWS) -> dict[str, Series]:
-    """Short name -> readings of each column of a log that has at least so many; times must ascend."""
+def series(log: dict[str, np.ndarray]) -> dict[str, Series]:
+    """Short name -> readings of each column of a log that has enough of them; times must ascend."""
     result = {}
     for name, values in log.items():
         cells = np.flatnonzero(np.isfinite(values))
         cells = cells[:: 1 + len(cells) // MOST]
-        if name != "time" and len(cells) >= least:
+        if name != "time" and len(cells) >= 2 * WINDOWS:
             result[name] = Series(log["time"][cells], values[cells])
     return result
 

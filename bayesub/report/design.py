@@ -1,8 +1,10 @@
-"""The page of a designed trial, with its numbers and figures."""
+"""The page of a designed trial: numbers, track and orders, margins, expected sds, and what more would bring."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +12,16 @@ from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label
 from bayesub.findings.run_numbers import null_changes, percent
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.words import with_unit
+from bayesub.logs import log_files
 from bayesub.report.page import ReportFigure, draw_all, fill
-from bayesub.report.plots import design as plots
+from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
+from bayesub.report.plots.style import Paths
+
+X, Y, Z = log_files.positions("x", "y", "z")
+BEYOND = 50.0  # per cent of a limit beyond it, where the axis ends
+_ROW = 0.145  # inches of a coefficient
+_LIMIT: dict[str, Any] = {"color": style.SQP, "lw": 1.0, "ls": "--"}
 
 
 def write(folder: Path, design: DesignedTrial) -> dict:
@@ -46,21 +55,16 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
             "How far the boat stays from each limit, as a share of the limit. Blue: the boat of the vehicle file. "
             f"Grey: {len(design.plan.range.sets) - 1} boats that the prior holds possible; those at the right edge are "
             "as far out or further.",
-            lambda path: plots.draw_margins(path, design.margins),
+            lambda path: _draw_margins(path, design.margins),
             title="Margins to the limits",
         )
-    names = design.after.names
-    standard = None if design.after_standard is None else design.after_standard.relative_sd
     yield ReportFigure(
         "sds",
         "Expected standard deviation of each coefficient over its size, best known first, before the trial (grey), "
         "after this trial (blue) and after the standard manoeuvre (open circles). Dotted: 5, 10 and 25 %.",
-        lambda path: plots.draw_sds(
-            path, labels(names, design.judge.vehicle.equations), design.before.relative_sd, standard,
-            design.after.relative_sd, SHARES,
-        ),
+        lambda path: _draw_sds(path, design),
         title="What each coefficient will be known to",
-    )  # fmt: skip
+    )
     yield ReportFigure(
         "worth",
         "Left, what is known if the trial ends earlier, and (dashed) if the same is flown again. Right, what is known "
@@ -74,33 +78,21 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
     yield ReportFigure(
         "search",
         "The best of each family by the number of manoeuvres that were judged so far; the lower the better.",
-        lambda path: plots.draw_search(
-            path,
-            {kind: found.best for kind, found in design.searches.items()},
-            {kind: found.n_judgements // max(1, len(found.best)) for kind, found in design.searches.items()},
-            cost,
-        ),
+        lambda path: _draw_search(path, design, cost),
         title="What was searched",
     )
-
-
-def _draw_worth(path, design) -> None:
-    minutes = {minute: design.measure(information) for minute, information in design.minutes.items()}
-    end = max(minutes)
-    again = {end + m: design.measure(design.after + information) for m, information in design.minutes.items()}
-    sensors = {name: design.measure(information) for name, information in design.sensors.items()}
-    plots.draw_worth(path, minutes, again, sensors, design.measure(design.after), measure_label(design))
 
 
 def _manoeuvre(design, manoeuvre, suffix, number) -> ReportFigure:
     def draw(path):
         times, states, whole = design.plan.range.flown(manoeuvre)
         states = np.where(whole[:, None, None], states, np.nan)
-        orders = plots.in_units(manoeuvre.log)
+        headers = {name: log_files.HEADERS.get(name, name) for name in manoeuvre.log}
+        orders = {h: manoeuvre.log[name] / log_files.si_factor(h) for name, h in headers.items()}
         moved = [c.column for c in design.plan.family(design.kind).controls]
         change, depth = design.plan.range.limits.depth_change_m, design.judge.vehicle.depth_m
         band = None if change is None else (depth - change, depth + change)
-        plots.draw_manoeuvre(path, manoeuvre.times, {c: orders[c] for c in moved}, (times, states), band)
+        _draw_manoeuvre(path, manoeuvre.times, {c: orders[c] for c in moved}, (times, states), band)
 
     dives = design.judge.vehicle.equations.subproblem(design.judge.subproblem) != "horizontal"
     return ReportFigure(
@@ -111,3 +103,135 @@ def _manoeuvre(design, manoeuvre, suffix, number) -> ReportFigure:
         draw,
         title=f"Manoeuvre{number}",
     )
+
+
+def _draw_manoeuvre(
+    path: Paths,
+    times: np.ndarray,
+    orders: Mapping[str, np.ndarray],
+    flights: tuple[np.ndarray, np.ndarray],
+    band: tuple[float, float] | None = None,
+) -> None:
+    """The track from above and the depth of all flights, and the orders.
+
+    `times`: (n,) of the orders, s; `orders`: column of a log -> (n,) what is ordered, in its unit; `flights`: times
+    (n_times,) and states (n_flights, n_times, 12), those of the vehicle itself first; not a number where a flight
+    ended; `band`: depths between which the boat must stay, m.
+    """
+    at, states = flights
+    columns = list(orders)
+    dives = np.nanmax(np.ptp(states[0][:, Z])) > 1e-6
+    rows: list = [["track", column] for column in columns]
+    if dives and len(columns) == 1:
+        rows = [["track", columns[0]], ["depth", columns[0]]]
+    elif dives:
+        above = -(-len(columns) // 2)
+        rows = [["track" if k < above else "depth", column] for k, column in enumerate(columns)]
+    with style.figure(path, 9.0, max(4.4, 1.4 * len(rows))) as figure:
+        axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.25])
+        axis = axes["track"]
+        axis.plot(states[1:, :, Y].T, states[1:, :, X].T, color=style.PRIOR, lw=0.6)
+        axis.plot(states[0, :, Y], states[0, :, X], color=style.POSTERIOR, lw=1.3)
+        style.look_from_above(axis, states[0, 0, [Y, X]])
+        axis.set_title("track from above, from the dot; grey: boats of the prior", fontsize=9)
+        if dives:
+            axis = axes["depth"]
+            axis.plot(at, states[1:, :, Z].T, color=style.PRIOR, lw=0.6)
+            axis.plot(at, states[0, :, Z], color=style.POSTERIOR, lw=1.3)
+            for depth in band or ():
+                axis.axhline(depth, **_LIMIT)
+            axis.invert_yaxis()
+            axis.set(xlabel="time (s)", ylabel="depth (m)")
+        for column, colour in zip(columns, cycle(style.CYCLE), strict=False):
+            axes[column].plot(times, orders[column], color=colour, lw=1.1)
+            name, _, unit = with_unit(column).rpartition(" ")
+            axes[column].set_ylabel(f"{name}\n{unit}" if name else unit)
+            axes[column].set_xlim(0.0, times[-1])
+            axes[column].tick_params(labelbottom=column == columns[-1])
+        axes[columns[-1]].set_xlabel("time (s)")
+
+
+def _draw_sds(path: Paths, design: DesignedTrial) -> None:
+    """Expected sd of each coefficient over its size, per cent, best known first, in two columns."""
+    standard, after = design.after_standard, design.after.relative_sd
+    known = [design.before.relative_sd, after, *([] if standard is None else [standard.relative_sd])]
+    order, n_rows = np.argsort(after, kind="stable"), -(-len(after) // 2)
+    per_cent = 100.0 * np.array(known)[:, order]
+    names = labels([design.after.names[k] for k in order], design.judge.vehicle.equations)
+    low, high = 0.7 * per_cent.min(), 1.5 * per_cent.max()
+    with style.figure(path, 9.0, max(2.6, 1.0 + _ROW * n_rows)) as figure:
+        panels = figure.subplots(1, 2 if len(names) > 1 else 1, sharex=True, squeeze=False)[0]
+        for k, panel in enumerate(panels):
+            part = slice(k * n_rows, (k + 1) * n_rows)
+            prior, sds, *flown = per_cent[:, part]
+            places = np.arange(len(sds))
+            panel.hlines(places, sds, prior, color=style.PRIOR, lw=2.0)
+            panel.plot(prior, places, "|", color="#808080", ms=6, mew=1.4, label="before the trial")
+            for one in flown:
+                look = {"color": style.WEAK, "ms": 3.6, "mfc": "none"}
+                panel.plot(one, places, "o", **look, label="after the standard manoeuvre")
+            panel.plot(sds, places, "o", color=style.POSTERIOR, ms=3.8, label="after this trial")
+            for share in SHARES:
+                panel.axvline(100.0 * share, color=style.TRUTH, lw=0.6, ls=":")
+            panel.set_xscale("log")
+            panel.set_xlim(low, high)
+            ticks = [t for t in (0.01, 0.1, 1.0, 5.0, 10.0, 25.0, 100.0) if low <= t <= high]
+            panel.set_xticks(ticks, [f"{t:g}" for t in ticks])
+            panel.minorticks_off()
+            style.show_rows(panel, names[part], n_rows, fontsize=7.5)
+            panel.set_xlabel("expected sd (% of the value)")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
+
+
+def _draw_margins(path: Paths, margins: Sequence[Sequence]) -> None:
+    """How far each flight stays from each limit, in per cent of it: the margins of each manoeuvre."""
+    rows = [(k, margin) for k, of_one in enumerate(margins) for margin in of_one]
+    with style.figure(path, 9.0, 1.0 + 0.3 * len(rows)) as figure:
+        axis = figure.subplots()
+        lowest = min(-110.0, *(100.0 * m.excess[0] - 10.0 for _, m in rows)) if rows else -110.0
+        lowest = max(lowest, -160.0)
+        for place, (_, margin) in enumerate(rows):
+            excess = np.clip(100.0 * margin.excess, lowest + 3.0, BEYOND - 3.0)
+            axis.plot(excess[1:], np.full(len(excess) - 1, place), "|", color="#808080", ms=9, mew=0.8)
+            axis.plot(excess[0], place, "o", color=style.POSTERIOR, ms=6)
+        axis.axvline(0.0, **_LIMIT)
+        axis.axvspan(0.0, BEYOND, color=style.SQP, alpha=0.12, lw=0)
+        axis.set_xlim(lowest, BEYOND)
+        names = [f"{with_unit(margin.key)}: {margin.limit:.4g}" for _, margin in rows]
+        if len(margins) > 1:
+            names = [f"{k + 1}: {name}" for (k, _), name in zip(rows, names, strict=True)]
+        style.show_rows(axis, names)
+        axis.set_xlabel("beyond the limit (% of it; negative: within)")
+
+
+def _draw_search(path: Paths, design: DesignedTrial, cost: str) -> None:
+    """The least cost of each family by the manoeuvres judged so far; `cost` says what it is."""
+    with style.figure(path, 9.0, 2.9) as figure:
+        axis = figure.subplots()
+        for (kind, found), colour in zip(design.searches.items(), cycle(style.CYCLE), strict=False):
+            judged = found.n_judgements // max(1, len(found.best)) * np.arange(1, len(found.best) + 1)
+            flown = found.best < 1e3  # what no boat flies has no place on the axis
+            axis.plot(judged[flown], found.best[flown], color=colour, label=kind)
+        axis.set(xlabel="manoeuvres judged", ylabel=cost)
+        axis.set_xscale("log")
+        axis.legend(fontsize=8)
+
+
+def _draw_worth(path: Paths, design: DesignedTrial) -> None:
+    """What more time and each sensor bring."""
+    minutes, label = np.array(list(design.minutes)), measure_label(design)
+    once = [design.measure(information) for information in design.minutes.values()]
+    again = [design.measure(design.after + information) for information in design.minutes.values()]
+    sensors = [design.measure(information) for information in design.sensors.values()]
+    with style.figure(path, 9.0, max(2.8, 1.0 + 0.24 * len(sensors))) as figure:
+        left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.1])
+        left.plot(minutes, once, "o-", color=style.POSTERIOR, ms=4, label="as designed")
+        left.plot(minutes.max() + minutes, again, "--", color=style.POSTERIOR, label="the same again")
+        left.set(xlabel="length of the trial (min)", ylabel=label)
+        left.set_ylim(bottom=0.0)
+        left.legend(loc="lower right", fontsize=8)
+        colours = [style.PRIOR if name.startswith("without") else style.READINGS for name in design.sensors]
+        right.barh(range(len(sensors)), sensors, color=colours, height=0.65)
+        right.axvline(design.measure(design.after), color=style.TRUTH, lw=1.0)
+        style.show_rows(right, [style.plain(name) for name in design.sensors], fontsize=8)
+        right.set_xlabel(label)

@@ -7,28 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.findings import derived
+from bayesub.findings.derived import Derived
 from bayesub.findings.disturbances import InferredForces
 from bayesub.findings.results import AnyProblem, Results
 from bayesub.findings.unseen import SQP, TrialPrediction
 from bayesub.io.words import cell, counted, listed, rounded
 from bayesub.report.page import ReportFigure
-from bayesub.report.plots import (
-    coefficients,
-    convergence,
-    corner,
-    design,
-    fit,
-    ladders,
-    posterior,
-    prediction,
-    small,
-    style,
-    track,
-)
-from bayesub.report.plots import derived as derived_plot
+from bayesub.report.plots import checks, coefficients, corner, derived, style, track, trade_offs
 from bayesub.report.plots.coefficients import Found, labels
-from bayesub.report.plots.style import Paths
 
 TRACKS = 20  # draws whose motion is drawn
 FITS = 1.5  # chi-square per reading
@@ -59,7 +45,15 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     for forces in results.forces:
         yield disturbance_figure(forces)
     yield from _ill_conditioning(results, reference, word, found)
-    yield _ranks(sample, equations)
+    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in checks.worst(sample)]
+    yield ReportFigure(
+        "ranks",
+        f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
+        "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
+        f"In all, {100 * checks.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
+        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
+        partial(checks.draw_ranks, posterior=sample, equations=equations),
+    )
     if results.residuals:
         orange = "A channel that does not fit would be orange."
         if results.criticism.suspects:
@@ -70,7 +64,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             "Left, against time at one draw, diamonds where they are beyond the axis. Middle, correlation of readings "
             "so many intervals apart. Right, histogram of the probability of what is below each reading. Between the "
             "dashed lines are 99 % of what a right model makes, of each bar by itself. " + orange,
-            lambda path: fit.draw(path, results.criticism, results.residuals, results.times),
+            lambda path: checks.draw_criticism(path, results.criticism, results.residuals, results.times),
         )
     if results.derived.values:
         yield _derived(results.derived, word)
@@ -79,7 +73,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             "next",
             "What would be left, in per cent, of the sd of what is asked for after each way to go on, expected in the "
             "normal approximation: the way above is the best for all together.",
-            lambda path: design.draw_ways(path, results.prescription),
+            lambda path: derived.draw_ways(path, results.prescription),
         )
     for unseen in results.predictions:
         if unseen.posterior.is_flown:
@@ -90,21 +84,8 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             "Differences of all means, sds and correlations by the two samplers in Monte Carlo standard errors, and "
             "the normal curve that equal posteriors make. The dashed lines hold all of them in 99 of 100 comparisons "
             "of equal posteriors.",
-            partial(convergence.draw_cross_check, check=results.check.part(sample.names)),
+            partial(checks.draw_cross_check, check=results.check.part(sample.names)),
         )
-
-
-def _ranks(sample, equations) -> ReportFigure:
-    """What stands behind the verdict on convergence."""
-    names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in convergence.worst(sample)]
-    return ReportFigure(
-        "ranks",
-        f"The {len(names)} parameters that mix worst, {', '.join(names)}. Left, the mean of the walkers of each "
-        "ensemble against its steps. Right, where the draws of each ensemble rank among all, 1 if ensembles agree. "
-        f"In all, {100 * convergence.outside(sample):.2g} % of the bars of {len(sample.names)} parameters and "
-        f"{len(sample.chain)} ensembles are outside the grey band; chance alone makes up to 1 %.",
-        partial(convergence.draw_ranks, posterior=sample, equations=equations),
-    )
 
 
 def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFigure]:
@@ -115,7 +96,7 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
     sds = np.array([sample.sd, results.conditional_sd])[:, :n] / sample.prior_sd[:n]
     gains = np.maximum(sds[0] / sds[1], 1.0)
     largest = f"{names[np.argmax(gains)]} {cell(gains.max(), 2)} times"
-    left_out = n - ladders.ROWS
+    left_out = n - trade_offs.ROWS
     more = f" The {left_out} that gain least are left out." if left_out > 0 else ""
     yield ReportFigure(
         "ladder",
@@ -123,7 +104,7 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
         "of a coefficient is only its trade-off with all others together, of which pairs show a part: "
         f"{cell(np.median(gains), 2)} times in the median, {largest}. Gain: posterior sd over that with all others "
         f"known; R: multiple correlation with all others.{more}",
-        partial(ladders.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
+        partial(trade_offs.draw_known, names=labels(names[:n], equations), posterior=sds[0], conditional=sds[1]),
     )
     drawn: dict[str, Any] = {"posterior": sample, "prior": prior, "reference": reference[:n], "equations": equations}
     drawn |= {"found": found, "word": word}
@@ -151,9 +132,9 @@ def _ill_conditioning(results, reference, word: str, found) -> Iterator[ReportFi
     yield _directions(results, found)
     yield ReportFigure(
         "correlation",
-        f"Posterior correlations of all that has one of {posterior.STRONG:g} and more, within an axis in the order in "
-        f"which they belong together, with numbers from {posterior.NUMBERS:g}. Coefficients are ratios to the {word}.",
-        partial(posterior.draw_correlation, names=names, correlation=correlation, equations=equations),
+        f"Posterior correlations of all that has one of {trade_offs.STRONG:g} and more, within an axis in the order in "
+        f"which they belong together, with numbers from {trade_offs.NUMBERS:g}. Coefficients are ratios to the {word}.",
+        partial(trade_offs.draw_correlation, names=names, correlation=correlation, equations=equations),
     )
 
 
@@ -174,7 +155,7 @@ def _directions(results, found) -> ReportFigure:
         f"All combinations of parameters from the best to the least known: of {n_all} directions {n_stiff} are stiff, "
         f"{n_all - n_stiff - n_null} sloppy and {n_null} null. At the line the data said nothing of a direction. "
         f"Right, what it is made of.{points * bool(found)}",
-        partial(ladders.draw_directions, spectrum=spectrum, equations=results.problem.equations,
+        partial(trade_offs.draw_directions, spectrum=spectrum, equations=results.problem.equations,
                 sds=along(sample.draws).std(axis=0, ddof=1), found=distances),
     )  # fmt: skip
 
@@ -192,19 +173,14 @@ def _found(results, baselines: list[dict]) -> list[Found]:
             if name in estimate.names:
                 values[:, k] = estimate.solutions[:, estimate.names.index(name)]
         method = estimate.method if estimate.method != "SQP" else f"SQP, {counted(len(values), 'start')}"
-        label = f"{method}: {_how_many(fits)}"
+        of_several = "all fit" if fits.all() else f"{fits.sum()} fit" if fits.any() else "none fits"
+        of_one = "fits" if fits.all() else "does not fit"
+        label = f"{method}: {of_several if len(fits) > 1 else of_one}"
         found.append(Found(label, values, fits, inside & fits[:, None], marker, colour))
     return found
 
 
-def _how_many(fits: np.ndarray) -> str:
-    """How many solutions fit the readings."""
-    if len(fits) == 1:
-        return "fits" if fits.all() else "does not fit"
-    return "all fit" if fits.all() else f"{fits.sum()} fit" if fits.any() else "none fits"
-
-
-def _derived(boats: derived.Derived, word: str) -> ReportFigure:
+def _derived(boats: Derived, word: str) -> ReportFigure:
     """What follows from the coefficients."""
     parts = [
         f"What follows from the coefficients, of {len(boats.posterior)} boats drawn from the posterior, beside as many "
@@ -219,22 +195,7 @@ def _derived(boats: derived.Derived, word: str) -> ReportFigure:
         )
     if boats.roots:
         parts.append("Roots of small motions, to the left of the dotted line if the boat is stable.")
-    found = derived.numbers(boats)
-    return ReportFigure("derived", "".join(parts).strip(), lambda path: draw_derived(path, boats, found, word))
-
-
-def draw_derived(path: Paths, boats: derived.Derived, found: dict, word: str) -> None:
-    """Draw quantities that follow from the coefficients, of which the numbers are `found`."""
-    rows = [
-        row
-        | {
-            key: " to ".join(derived.in_words(row[which]["q5"], row[which]["q95"]))
-            for key, which in (("words", "posterior"), ("prior_words", "prior"))
-        }
-        for row in found["quantities"]
-        if row["width_ratio"] is not None
-    ]
-    derived_plot.draw(path, rows, boats.spiral, boats.roots, word)
+    return ReportFigure("derived", "".join(parts).strip(), partial(derived.draw, boats=boats, word=word))
 
 
 def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
@@ -249,11 +210,12 @@ def orders_figure(problem: AnyProblem, parameters: np.ndarray) -> ReportFigure:
 def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     """Of the first screen: how much narrower the coefficients became, and the strongest trade-off of two."""
     sample, prior, n = results.summary, results.prior_of_others, len(reference)
-    which = f" The {small.BEST} that narrow most and {small.LEAST} that narrow least."
+    best, least = coefficients.BEST, coefficients.LEAST
+    which = f" The {best} that narrow most and {least} that narrow least." if n > best + least else ""
     yield ReportFigure(
         "forest_small",
-        f"90 % of the prior (grey) and of the posterior (blue).{which if n > small.BEST + small.LEAST else ''}",
-        lambda path: small.draw_forest(path, sample, prior, reference, results.problem.equations, word),
+        f"90 % of the prior (grey) and of the posterior (blue).{which}",
+        lambda path: coefficients.draw_small(path, sample, prior, reference, results.problem.equations, word),
     )
     if n < 2:
         return
@@ -263,7 +225,7 @@ def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     yield ReportFigure(
         "pair_small",
         f"The strongest pair, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior, if it is near.",
-        lambda path: small.draw_pair(
+        lambda path: corner.draw_small(
             path,
             coefficients.ratios(draws, reference, prior)[:, pair],
             np.sort(coefficients.ratios(ends.T, reference, prior)[:, pair].T),
@@ -297,11 +259,11 @@ def fan_figure(
         f"The trial {f'{name} ' if name else ''}before (grey) and after it (blue): "
         f"{TRACKS} tracks each, and bands of every channel. The boat at the last reading, half of the 90 % band: "
         f"{', '.join(words)}.{failed}",
-        partial(prediction.draw_fan, channels=channels, prior=prior[flown], posterior=posterior, tracks=tracks),
+        partial(track.draw_fan, channels=channels, prior=prior[flown], posterior=posterior, tracks=tracks),
     )
     if is_first:
         caption = f"Tracks before (grey) and after the trial{f' {name}' if name else ''} (blue)."
-        yield ReportFigure("fan_small", caption, partial(small.draw_fan, tracks=tracks))
+        yield ReportFigure("fan_small", caption, partial(track.draw_small_fan, tracks=tracks))
 
 
 def _shrinks(label: str, factor: float, wide: float, narrow: float) -> str:
@@ -337,7 +299,7 @@ def prediction_figure(unseen: TrialPrediction) -> ReportFigure:
         "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. "
         f"{'Orange: SQP. ' if SQP in unseen.predictions else ''}Lines far off are cut.",
         partial(
-            prediction.draw_unseen,
+            track.draw_unseen,
             channels=trial.problem.record.channels,
             predictions=unseen.predictions,
             warm_up=trial.warm_up_s,

@@ -1,10 +1,12 @@
 """How vehicles, trajectories, spectra, estimates and posteriors look in a notebook, by the names of their classes."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup, escape
+from matplotlib.axes import Axes
 
 from bayesub.findings.vehicle_card import check
 from bayesub.inference.baselines import Estimate
@@ -14,10 +16,13 @@ from bayesub.io.notebook import Display
 from bayesub.io.words import rounded
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.report import page
-from bayesub.report.plots import cards, ladders, posterior, track
+from bayesub.report.plots import cards, coefficients, style, track, trade_offs
+from bayesub.report.plots.style import Paths
 
 ENTRIES = 5  # of a direction
 DIRECTIONS = 3  # of the stiffest and of the sloppiest
+ROWS = 60  # that can be read below each other
+_LEFT, _RIGHT, _BOTTOM, _TOP, _ROW = 1.6, 0.1, 0.5, 0.35, 0.22  # inches, of a figure of rows
 
 
 def vehicle(shown: Any) -> str:
@@ -122,10 +127,52 @@ def _table(heads: Sequence[str], rows: Iterable[Sequence]) -> Markup:
     return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
 
 
+def _draw_intervals(path: Paths, posterior: Posterior) -> None:
+    """90 and 50 % intervals of the parameters, in standard deviations of the prior from its mean."""
+    quantiles = (posterior.quantiles(coefficients.QUANTILES) - posterior.prior_mean) / posterior.prior_sd
+    with _figure_of_rows(path, posterior.names) as axis:
+        n = len(axis.get_yticks())
+        axis.axvspan(-1.645, 1.645, color="0.92", zorder=0, label="prior, 90 %")
+        for low, high, width in ((0, 4, 1.5), (1, 3, 4.5)):
+            axis.hlines(range(n), quantiles[low, :n], quantiles[high, :n], color=style.POSTERIOR, lw=width)
+        axis.plot(quantiles[2, :n], range(n), "o", ms=4, mfc="white", color=style.POSTERIOR, label="posterior")
+        axis.set_xlabel("standard deviations of the prior, from its mean")
+
+
+def _draw_estimate(path: Paths, estimate: Estimate) -> None:
+    """The solutions from all starts over the best one, with its sds if it has any, of what is not zero there."""
+    kept = np.flatnonzero(np.isfinite(estimate.values) & (estimate.values != 0.0))
+    ratios = estimate.solutions[:, kept] / estimate.values[kept]
+    with _figure_of_rows(path, [estimate.names[k] for k in kept]) as axis:
+        n = len(axis.get_yticks())
+        axis.axvline(1.0, color="0.7", lw=0.8)
+        for solution in ratios[:0:-1]:
+            axis.plot(solution[:n], range(n), "o", ms=4, mfc="none", color=style.SQP)
+        if estimate.covariance is not None:
+            sds = np.sqrt(np.diag(estimate.covariance))[kept] / np.abs(estimate.values[kept])
+            axis.hlines(range(n), 1.0 - sds[:n], 1.0 + sds[:n], color=style.SQP, lw=1.0)
+        axis.plot(ratios[0, :n], range(n), "o", ms=4.5, color=style.SQP, label=f"best of {len(ratios)}")
+        axis.set_xlabel("solution over the best one")
+
+
+@contextmanager
+def _figure_of_rows(path, names) -> Iterator[Axes]:
+    """The axes of a figure with a row for each of the first names, with a legend above if something has a label."""
+    names = names[:ROWS]
+    height = _BOTTOM + _TOP + _ROW * max(len(names), 2)
+    with style.figure(path, 6.5, height, (_LEFT, _RIGHT, _BOTTOM, _TOP)) as figure:
+        axis = figure.subplots()
+        axis.set_yticks(range(len(names)), [style.plain(name) for name in names])
+        axis.set_ylim(len(names) - 0.4, -0.6)
+        yield axis
+        if axis.get_legend_handles_labels()[0]:
+            axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, borderaxespad=0.1)
+
+
 DISPLAYS = {
     "Vehicle": Display(vehicle, lambda shown, path: cards.draw(check(shown), path)),
     "Trajectory": Display(trajectory, lambda shown, path: track.draw_simulated(path, shown)),
-    "Spectrum": Display(directions, lambda shown, path: ladders.draw_directions(path, shown)),
-    "Estimate": Display(estimate, lambda shown, path: posterior.draw_estimate(path, shown)),
-    "Posterior": Display(intervals, lambda shown, path: posterior.draw_intervals(path, shown)),
+    "Spectrum": Display(directions, lambda shown, path: trade_offs.draw_directions(path, shown)),
+    "Estimate": Display(estimate, lambda shown, path: _draw_estimate(path, shown)),
+    "Posterior": Display(intervals, lambda shown, path: _draw_intervals(path, shown)),
 }

@@ -5,8 +5,7 @@ from bayesub.findings.unseen import POSTERIOR, PRIOR, SQP
 from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.io.words import cell, with_unit
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
-from bayesub.report.plots import motion, style
-from bayesub.report.plots import prediction as plots
+from bayesub.report.plots import motion, style, track
 
 _GREY = "#808080"
 
@@ -53,7 +52,7 @@ def figures(prediction: PredictedTrial) -> list[ReportFigure]:
                 "readings",
                 "Readings (black) and the bands that are to hold 50 and 90 % of them, on the right less the mean "
                 f"prediction. Green: the middle of the prior.{lines}",
-                lambda path: plots.draw_unseen(path, channels, predictions, warm_up),
+                lambda path: track.draw_unseen(path, channels, predictions, warm_up),
                 title="Readings that were held back",
             )
         )

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from bayesub.findings import derived
 from bayesub.findings.equation_card import glossary
@@ -37,6 +38,8 @@ class ReportedStudy:
     # What made the run, such as versions and date, for the set-up at the top of the page: title -> text
     origin: Mapping[str, str] = field(default_factory=dict)
     progress: Progress = SILENT  # who hears which figure is drawn
+    # What to measure or fly next, as :meth:`bayesub.design.prescription.Prescription.to_json` has it
+    prescription: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 def write_report(
@@ -50,7 +53,6 @@ def write_report(
     check: CrossCheck | None = None,
     predictions: Sequence[TrialPrediction] = (),
     quantities: Sequence[Quantity] = (),
-    prescription: Mapping[str, Mapping] | None = None,
     pdf: bool = False,
 ) -> dict:
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
@@ -70,7 +72,6 @@ def write_report(
     check : from :func:`bayesub.cross_check`
     predictions : of trials that were not fitted
     quantities : that follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`)
-    prescription : what to measure or fly next, as :mod:`bayesub.design.prescription` has it in JSON types
     pdf : whether every figure is saved as PDF too, beside the PNG
 
     Returns
@@ -79,7 +80,7 @@ def write_report(
     """
     asked = study or ReportedStudy(problem.vehicle.name, "")
     results = Results(
-        problem, estimates, spectrum, posterior, check, asked.seed, predictions, quantities, prescription or {}
+        problem, estimates, spectrum, posterior, check, asked.seed, predictions, quantities, asked.prescription
     )
     numbers = numbers_of(results)
     numbers |= {"name": asked.name, "question": asked.question, "seconds": dict(asked.seconds)}

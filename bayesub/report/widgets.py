@@ -10,7 +10,7 @@ from bayesub.findings import run_numbers
 from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
 from bayesub.report.figures import TRACKS
-from bayesub.report.plots import coefficients, posterior
+from bayesub.report.plots import coefficients, trade_offs
 from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
 
 DRAWS, NUMBERS = 400, 16_000  # of the posterior, in the scatter of a pair, and their numbers, at most
@@ -87,7 +87,7 @@ def _pairs(results, reference, word: str) -> dict:
     n_draws = min(DRAWS, NUMBERS // len(sample.names), len(sample.draws))
     some = np.linspace(0, len(sample.draws) - 1, n_draws).astype(int)
     prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES]) / divisors[:, None]
-    strong, _ = posterior.strong_block(sample.names, results.correlation)
+    strong, _ = trade_offs.strong_block(sample.names, results.correlation)
     rows, columns = np.tril_indices(len(sample.names), -1)
     own = {t.name: f"{t.name} ({t.unit})" if t.unit else t.name for t in problem.equations.terms}
     return {

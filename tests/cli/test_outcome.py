@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from bayesub.cli import outcome
+from bayesub.cli import run
 from bayesub.findings.verdicts import DOES_NOT_FIT, FITS, MEANING
 from bayesub.io import terminal
 from bayesub.study.run.result import NUMBERS, SUGGESTED, StudyResult
@@ -46,7 +46,7 @@ def told(request, tmp_path, monkeypatch, capsys):
         (tmp_path / "run").mkdir(exist_ok=True)
         numbers = {"vehicle": "suboff", "manoeuvre": "horizontal", "n_readings": 1800, "glance": glance}
         (tmp_path / "run" / NUMBERS).write_text(json.dumps(numbers))
-        outcome.tell(replace(result, **changes), verbose=verbose)
+        run.tell(replace(result, **changes), verbose=verbose)
         return capsys.readouterr().out.splitlines()
 
     return tell

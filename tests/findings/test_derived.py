@@ -12,7 +12,7 @@ import bayesub as bs
 from bayesub.findings import derived
 from bayesub.inference.baselines import gauss_newton
 from bayesub.model.quantities import QUANTITIES, Quantity
-from bayesub.report import figures
+from bayesub.report.plots import derived as plot
 
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=10.0, channels=("x", "y", "yaw"))
 FREE = ("Xuu", "Yuv", "Yur", "Nuv", "Nur", "Nuu_dr", "Yuu_dr")
@@ -143,7 +143,7 @@ def test_a_quantity_of_ones_own_and_the_picture(problem, monkeypatch, tmp_path):
     row = derived.numbers(found)["quantities"][-1]
     assert row["label"] == "double drag (N)"
     assert row["reference"] == pytest.approx(-2e6 * problem.vehicle.xi[0])
-    figures.draw_derived([tmp_path / "derived.png"], found, derived.numbers(found), "truth")
+    plot.draw([tmp_path / "derived.png"], found, "truth")
     assert (tmp_path / "derived.png").stat().st_size < 80_000
 
 

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from bayesub.cli.manual import pages
+from bayesub.cli.learn import pages
 from bayesub.findings.verdicts import MEANING, STATUS, in_words, verdict_on, worst
 
 RIGHT = {

@@ -17,7 +17,7 @@ from manual.pages import PAGES, ROOT, blocks
 from support import torpedo, vehicle_logs
 
 import bayesub as bs
-from bayesub.cli import manual
+from bayesub.cli import learn
 from bayesub.io import toml_files
 from bayesub.study.schema.study_file import Study
 
@@ -135,7 +135,7 @@ def changed(file, content):
 def test_a_set_written_from_the_manual_converges(folder, bayesub):
     """Three terms added to booth, from the page alone: its blocks as they stand, to a posterior that has converged."""
     own = False
-    for block in blocks(manual.pages()["equations"].path):
+    for block in blocks(learn.pages()["equations"].path):
         own = own or block.text.startswith("# my_equations.toml")
         if own and block.language == "toml":
             check_toml(block.text, folder)

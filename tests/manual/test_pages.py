@@ -14,7 +14,7 @@ from manual.pages import MANUAL, OTHERS, PAGES, ROOT, blocks
 from support import refusals
 
 import bayesub as bs
-from bayesub.cli import app, manual
+from bayesub.cli import app, learn
 from bayesub.findings.verdicts import CLAIM_FAILED, MEANING, NOT_FLOWN
 from bayesub.io import toml_files
 from bayesub.logs.log_files import HEADERS, VELOCITIES
@@ -42,7 +42,7 @@ LONGEST = 150
 
 
 def page(topic):
-    return manual.pages()[topic].path.read_text(encoding="utf-8")
+    return learn.pages()[topic].path.read_text(encoding="utf-8")
 
 
 def test_the_list_names_every_page_once(bayesub):
@@ -50,7 +50,7 @@ def test_the_list_names_every_page_once(bayesub):
     assert status == 0
     topics = re.findall(r"^  (\S+) +\S", out, flags=re.MULTILINE)
     assert sorted(topics) == sorted([path.stem for path in MANUAL] + ["references"])
-    assert [line for line in out.splitlines() if line in manual.KINDS.values()] == list(manual.KINDS.values())
+    assert [line for line in out.splitlines() if line in learn.KINDS.values()] == list(learn.KINDS.values())
 
 
 def test_a_page_is_printed_without_its_comments(bayesub):
@@ -87,7 +87,7 @@ def test_a_terminal_gets_the_pager(monkeypatch, bayesub):
     monkeypatch.setattr(click, "echo_via_pager", shown.append)
     bayesub("manual", "commands")
     assert not shown
-    monkeypatch.setattr(manual.sys.stdout, "isatty", lambda: True)
+    monkeypatch.setattr(learn.sys.stdout, "isatty", lambda: True)
     bayesub("manual", "commands")
     (text,) = shown
     assert "exit status" in text
@@ -101,7 +101,7 @@ def test_the_manual_needs_nothing_that_computes():
 import sys
 import tomllib
 from click.testing import CliRunner
-from bayesub.cli.manual import manual
+from bayesub.cli.learn import manual
 assert CliRunner().invoke(manual, ["thesis"]).exit_code == 0
 print([name for name in {HEAVY} if name in sys.modules])
 """
@@ -124,7 +124,7 @@ def test_links_lead_somewhere(path):
     for target in re.findall(r"\]\((?!https?:)([^)#]+)\)", text):
         assert (path.parent / target).exists(), target
     for topic in re.findall(r"page `([\w-]+)`", text) + re.findall(r"bayesub manual ([a-z][\w-]+)", text):
-        assert topic in manual.pages(), topic
+        assert topic in learn.pages(), topic
 
 
 def test_the_table_of_terms_is_that_of_the_code():
@@ -245,7 +245,7 @@ def leaf_commands(command, path=()):
 
 
 def test_the_synopsis_has_every_command_with_its_options():
-    (synopsis,) = [block.text for block in blocks(manual.pages()["commands"].path) if block.language == "synopsis"]
+    (synopsis,) = [block.text for block in blocks(learn.pages()["commands"].path) if block.language == "synopsis"]
     lines = {}
     for line in synopsis.splitlines():
         words = re.match(r"bayesub ((?:new )?\w+)(.*)", line)

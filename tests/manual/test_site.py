@@ -13,7 +13,7 @@ from PIL import Image
 from support import pictures
 from support.refusals import refused
 
-from bayesub.cli import manual, site
+from bayesub.cli import learn, site
 from bayesub.study.run.result import StudyResult
 
 
@@ -40,7 +40,7 @@ def built(tmp_path_factory):
     (run / "fan.png").write_bytes(b"")
     (run / "report.html").write_text("<p>not to be used</p>")
     (run / "outcome.json").write_text(json.dumps(asdict(StudyResult("misfit", "Does it?", "does not fit", str(run)))))
-    n_pages = site.write(folder / "site", manual.pages(), folder / "runs")
+    n_pages = site.write(folder / "site", learn.pages(), folder / "runs")
     return folder / "site", n_pages
 
 
@@ -67,8 +67,8 @@ def test_every_page_of_the_manual_stands_under_its_kind(built):
     """Each page lists those of its kind at its side, the landing page has the kinds as tabs, no page has comments."""
     home = (built[0] / "index.html").read_text(encoding="utf-8")
     tabs = re.findall(r'class="md-tabs__link">\s*(.*?)\s*</a>', home)
-    assert tabs == ["Home", *(title.partition(":")[0] for title in manual.KINDS.values()), "Reports", "Studies"]
-    pages = manual.pages().values()
+    assert tabs == ["Home", *(title.partition(":")[0] for title in learn.KINDS.values()), "Reports", "Studies"]
+    pages = learn.pages().values()
     for page in pages:
         text = (built[0] / "bayesub" / "manual" / f"{page.topic}.html").read_text(encoding="utf-8")
         assert "<!--n" not in text
@@ -101,26 +101,26 @@ def test_a_site_is_written_anew(built):
     """The one that is there goes, with what it no longer has."""
     folder, n_pages = built
     (folder / "old.html").write_text("")
-    assert site.write(folder, manual.pages(), None) == n_pages - 1
+    assert site.write(folder, learn.pages(), None) == n_pages - 1
     assert not (folder / "old.html").exists()
 
 
 def test_what_is_no_site_stays(tmp_path):
     (tmp_path / "thesis.doc").write_text("years of work")
     with refused("file"):
-        site.write(tmp_path, manual.pages(), None)
+        site.write(tmp_path, learn.pages(), None)
     with refused("file"):
-        site.write(tmp_path / "thesis.doc", manual.pages(), None)
+        site.write(tmp_path / "thesis.doc", learn.pages(), None)
     assert (tmp_path / "thesis.doc").read_text() == "years of work"
 
 
 def test_what_a_site_needs_is_named(tmp_path, monkeypatch):
     with monkeypatch.context() as without, refused("install", "zensical"):
         without.setattr(site, "find_spec", lambda _: None)
-        site.write(tmp_path / "site", manual.pages(), None)
+        site.write(tmp_path / "site", learn.pages(), None)
     monkeypatch.setattr(site, "ROOT", tmp_path)  # an installed package
     with refused("file"):
-        site.write(tmp_path / "site", manual.pages(), None)
+        site.write(tmp_path / "site", learn.pages(), None)
 
 
 @pytest.mark.docs

@@ -23,8 +23,7 @@ from bayesub.problem.joint import JointProblem
 from bayesub.report import parameter_tables, report
 from bayesub.report.figures import figures
 from bayesub.report.page import product
-from bayesub.report.plots import convergence as ranks
-from bayesub.report.plots import fit as criticism_plot
+from bayesub.report.plots import checks
 
 FREE = ("Xuu", "Yuv", "Nuv", "Nur", "Nuu_dr")
 SENSOR = bs.sensors.Track(0.5, 0.1, interval_s=2.0, channels=("x", "y", "yaw"))
@@ -170,7 +169,7 @@ def test_trials_of_a_joint_problem_and_channels_without_noise(spiral_track):
 def test_the_figure_is_drawn_for_one_channel_and_for_ten(n_channels, tmp_path, rng):
     times = {f"channel {k}": np.arange(40.0) for k in range(n_channels)} | {"short": np.arange(3.0)}
     residuals = {name: 3.0 * rng.standard_normal((2, len(own))) for name, own in times.items()}
-    criticism_plot.draw(tmp_path / "figure.png", criticism.criticise(residuals, times), residuals, times)
+    checks.draw_criticism(tmp_path / "figure.png", criticism.criticise(residuals, times), residuals, times)
     assert (tmp_path / "figure.png").stat().st_size > 10_000
 
 
@@ -220,10 +219,10 @@ def test_the_caption_of_ranks_counts_bars_and_names_the_worst(results):
     worst = max(sample.names, key=lambda name: sample.rhat[sample.names.index(name)])
     caption = captions_of(results)["ranks"]
     assert f"mix worst, {worst} (R-hat {sample.rhat.max():.4f})" in caption
-    assert 100 * ranks.outside(sample) < 2.0
-    assert f"{100 * ranks.outside(sample):.2g} % of the bars" in caption
+    assert 100 * checks.outside(sample) < 2.0
+    assert f"{100 * checks.outside(sample):.2g} % of the bars" in caption
     moved = sample.chain + sample.sd * np.array([2.0, 0.0, 0.0, 0.0])[:, None, None, None]
-    assert ranks.outside(dataclasses.replace(sample, chain=moved)) > 0.3
+    assert checks.outside(dataclasses.replace(sample, chain=moved)) > 0.3
 
 
 def test_the_caption_of_the_fan_says_how_much_narrower_the_posterior_is(results):

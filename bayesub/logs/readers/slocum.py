@@ -20,7 +20,14 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     names, in that of the log, and in ``cac`` and ``cache`` in it or beside it. Latitudes and longitudes become degrees.
     """
     dbdreader = library("dbdreader", path)
-    _check_header(path)
+    with path.open("rb") as log:
+        lines = [log.readline(MOST_LINES) for _ in range(MOST_LINES)]
+    matches = [(k, re.match(rb"num_ascii_tags:\s*(\d{1,9})\s*$", line)) for k, line in enumerate(lines, 1)]
+    counts = [(k, int(match[1])) for k, match in matches if match]
+    is_plain = lines[0].startswith(b"dbd_label")  # others are compressed, or of another kind
+    if is_plain and not any(k <= count <= MOST_LINES for k, count in counts[-1:]):  # dbdreader would look without end
+        message = f"{path}: is not the log of a Slocum glider, or damaged: its header does not say its length"
+        raise InputError(message, "format")
     folders = [Path(log_map.cache)] if log_map.cache else []
     folders += [path.parent / name for name in CACHES]
     with tempfile.TemporaryDirectory() as cache:  # dbdreader writes into it too
@@ -45,15 +52,3 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             unit = units[name]
             signals[name] = Signal(times, values, "" if unit in ("nodim", "enum", "bool") else unit)
     return VehicleLog(path, signals)
-
-
-def _check_header(path: Path) -> None:
-    """InputError for a header without its number of lines, whose end dbdreader would look for without end."""
-    with path.open("rb") as file:
-        lines = [file.readline(MOST_LINES) for _ in range(MOST_LINES)]
-    matches = [(k, re.match(rb"num_ascii_tags:\s*(\d{1,9})\s*$", line)) for k, line in enumerate(lines, 1)]
-    counts = [(k, int(match[1])) for k, match in matches if match]
-    is_plain = lines[0].startswith(b"dbd_label")  # others are compressed, or of another kind
-    if is_plain and not any(k <= count <= MOST_LINES for k, count in counts[-1:]):
-        message = f"{path}: is not the log of a Slocum glider, or damaged: its header does not say its length"
-        raise InputError(message, "format")

@@ -279,8 +279,16 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
 
 def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) -> tuple[np.ndarray, list[str]]:
     """Time stamps (n,) of the columns that hold them in seconds, not a number where there is none, and remarks."""
+    import pandas as pd
+
     stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
-    stamp, dates = (_moments(parts), []) if len(dates) > 1 else (stamp, dates)
+    if len(dates) > 1:  # times of the day in columns (PARTS), or dates if all six are there
+        *days, hour, minute, second = (parts[k] for k in parts)
+        stamp, dates = pd.to_timedelta(3600 * hour + 60 * minute + second, unit="s"), []
+        if len(days) == 3:
+            year, month, day = days
+            dated = {"year": year.where(year > 99, year + 2000), "month": month, "day": day}
+            stamp = pd.to_datetime(dated) + stamp
     if names[-1].lower().endswith(tuple(NANOSECONDS.values())):
         stamp, dates = stamp + 1e-9 * dates[0], []
     times, remark = stamps.seconds(stamp, clock, unit, names[0], *dates)
@@ -293,15 +301,3 @@ def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) ->
             raise InputError(f"{message}; {remedy}", "data", names[0])
         remarks.append(f"{message}; {len(wrong)} such rows are left out")
     return times, remarks
-
-
-def _moments(parts: Any) -> Any:
-    """Times of the day of columns (PARTS), or dates if all six are there."""
-    import pandas as pd
-
-    *days, hour, minute, second = (parts[k] for k in parts)
-    clock = pd.to_timedelta(3600 * hour + 60 * minute + second, unit="s")
-    if len(days) < 3:
-        return clock
-    year, month, day = days
-    return pd.to_datetime({"year": year.where(year > 99, year + 2000), "month": month, "day": day}) + clock

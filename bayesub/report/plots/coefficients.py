@@ -23,6 +23,7 @@ ROWS = 45  # that can be read below each other
 VISIBLE = 0.015  # of the axis; of boxes that are narrower the median is drawn and not left white
 PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 RUNS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK, style.READINGS, style.TRUTH)  # their colours
+BEST, LEAST = 8, 4  # coefficients of the first screen, by how much narrower they became
 _SPAN = 0.8  # of a row that its runs share
 _LOWEST, _HIGHEST = -1.0, 3.0  # ratios of several runs that are shown
 
@@ -122,13 +123,12 @@ def draw(
                 _draw_found(panel, one, some[:, rows], one.good[:, rows], (low, high))
             names = [posterior.names[k] for k in rows]
             symbols = star(names, reference[rows], equations)
-            panel.set_yticks(places, [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)])
+            both = [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)]
+            style.show_rows(panel, both, length)
             words = [f"{100 * value:.2g} %" if value < 1.0 else "> 100 %" for value in relative[rows]]
             style.write_beside(panel, places, words, "sd / mean")
             note = "" if np.all(reference) else "; * zero there: 1 + value / prior sd"
-            panel.set(xlim=(low, high), ylim=(length - 0.4, -0.6))
-            panel.set_xlabel(f"ratio to {reference_word}{note}")
-            panel.grid(axis="y", visible=False)
+            panel.set(xlim=(low, high), xlabel=f"ratio to {reference_word}{note}")
         handles = [*panels[0].get_legend_handles_labels()[0], *found_handles(found, beyond)]
         style.legend_above(figure, handles)
 
@@ -175,6 +175,28 @@ def intervals(axis: Axes, rows: np.ndarray, quantiles: np.ndarray, prior: Prior,
     wide = q3 - q1 > VISIBLE * (max(top.max(), high.max()) - min(bottom.min(), low.min()))
     for some, look in ((wide, {"color": "white"}), (~wide, {"color": style.POSTERIOR, "mew": 2.0})):
         axis.plot(median[some], y[some], "|", ms=7, **look)
+
+
+def draw_small(
+    path: Paths, posterior: Posterior, prior: Prior, reference: np.ndarray, equations: Equations, word: str
+) -> None:
+    """50 and 90 % of prior and posterior, ratios to `reference` (n_coefficients,), of what narrowed most and least."""
+    n = len(reference)
+    order = np.argsort(posterior.contraction[:n])
+    rows = order if n <= BEST + LEAST else np.r_[order[:BEST], order[-LEAST:]]
+    before, after = [prior.quantiles(p) for p in QUANTILES], posterior.quantiles(QUANTILES)
+    with style.figure(path, *style.SMALL) as figure:
+        axis = figure.subplots()
+        y = np.arange(len(rows)) + (np.arange(len(rows)) >= BEST) * 0.6 * (len(rows) < n)
+        axis.axvline(1.0, color=style.TRUTH, lw=0.8)
+        for quantiles, colour, thick in ((before, style.PRIOR, 6.0), (after, style.POSTERIOR, 2.2)):
+            low, *_, high = np.sort(ratios(quantiles, reference, prior)[:, rows], axis=0)
+            axis.hlines(y, low, high, color=colour, lw=thick)
+            if colour == style.POSTERIOR:
+                axis.plot(0.5 * (low + high), y, "o", ms=2.5, color=colour)
+        axis.set_yticks(y, labels([posterior.names[k] for k in rows], equations), fontsize=8.5)
+        axis.set(ylim=(y[-1] + 0.7, -0.7), xlabel=f"ratio to {word}")
+        axis.grid(axis="y", visible=False)
 
 
 def draw_runs(path: Paths, rows: Sequence[tuple[str, Mapping[str, dict]]], runs: Sequence[str]) -> None:

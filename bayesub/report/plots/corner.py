@@ -42,6 +42,7 @@ _REACH = 2.4  # prior sds from the middle to the edge of a panel of the strip
 _CLOUD = 4.2  # standard deviations from the middle of a cloud to the edge of its cells
 _CELLS = 40  # of a cloud in each direction
 _SMOOTHING = 1.0  # cells
+_NEAR = 0.03  # of the prior, the sd of a pair beside which it is drawn on the first screen
 _WIDE = 0.25  # prior sds of a posterior beside which the whole prior is shown
 _BINS = 50  # of a marginal
 _PALE = "#A9CDE4"
@@ -131,6 +132,22 @@ def draw_pairs(
         style.legend_above(figure, _handles(shown, beyond, word))
 
 
+def draw_small(path: Paths, draws: np.ndarray, prior: np.ndarray, names: Sequence[str], word: str) -> None:
+    """Draws (n, 2) of two coefficients as ratios, and the ellipse that holds 90 % of their prior, for the first screen.
+
+    `prior`: (2, 2) the 5 and 95 % quantiles of each; `word`: what ratios refer to.
+    """
+    with style.figure(path, *style.SMALL) as figure:
+        axis = figure.subplots()
+        circle = CIRCLE.T * np.ptp(prior, axis=1) / np.ptp(special.ndtri([0.05, 0.95]))
+        if draws.std(axis=0).max() > _NEAR * np.ptp(prior, axis=1).min():
+            axis.plot(*(prior.mean(axis=1) + circle).T, **style.PRIOR_LINE)
+        contours(axis, draws[:: -(-len(draws) // DRAWS)])
+        axis.plot([1.0], [1.0], "+", ms=9, mew=1.2, color=style.TRUTH)
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set(xlabel=f"{names[0]} / {word}", ylabel=f"{names[1]} / {word}")
+
+
 def draw(
     path: Paths,
     posterior: Posterior,
@@ -189,7 +206,10 @@ def draw(
         x, y = (np.where(inside, at, np.nan) for at in (columns + SIDE * x, rows + SIDE * (1.0 - y)))
         axis.plot(x, y, **_EDGE)
         _draw_correlations(axis, correlation)
-        _draw_reference(axis, (1.0 - low) / (high - low))
+        at_one = (1.0 - low) / (high - low)  # of the reference, whose lines begin below the title of a marginal
+        for k in np.flatnonzero((at_one >= 0.0) & (at_one <= 1.0)):
+            axis.vlines(k + SIDE * at_one[k], k + 0.16, n - GAP, color=style.TRUTH, lw=0.7)
+            axis.hlines(k + SIDE * (1.0 - at_one[k]), 0.0, max(k - GAP, 0.0), color=style.TRUTH, lw=0.7)
         for one in found:
             points, good = place(one.values), one.good
             at = np.stack([columns, rows])[:, None].repeat(len(points), axis=1)
@@ -278,13 +298,6 @@ def _draw_correlations(axis, correlation) -> None:
         axis.add_collection(PolyCollection([corners], fc=style.CORRELATION(0.5 + 0.5 * rho), lw=0))
         look = {"ha": "center", "va": "center", "fontsize": 9.0, "color": style.on_colour(rho)}
         axis.text(column + 0.5 * SIDE, row + 0.5 * SIDE, _signed(rho), look)
-
-
-def _draw_reference(axis, place) -> None:
-    """Lines at places (n,) in units of panels, down and to the left, from below the title of a marginal."""
-    for k in np.flatnonzero((place >= 0.0) & (place <= 1.0)):
-        axis.vlines(k + SIDE * place[k], k + 0.16, len(place) - GAP, color=style.TRUTH, lw=0.7)
-        axis.hlines(k + SIDE * (1.0 - place[k]), 0.0, max(k - GAP, 0.0), color=style.TRUTH, lw=0.7)
 
 
 def _draw_points(axis, one, x, y, good, at=None, **look) -> int:

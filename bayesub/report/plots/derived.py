@@ -1,10 +1,11 @@
 """Quantities that follow from the coefficients, the spiral curve, and roots of small motions: prior and posterior."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from bayesub.findings.derived import Derived, in_words, numbers
 from bayesub.report.plots import style
 from bayesub.report.plots.style import Paths
 
@@ -15,20 +16,13 @@ _FOUND = 0.95  # share of the boats that have a steady turn at a rate, where a b
 _PLANES = {"horizontal": "sway and yaw", "vertical": "heave and pitch"}
 
 
-def draw(
-    path: Paths,
-    rows: Sequence[dict],
-    spiral: tuple[np.ndarray, Mapping[str, np.ndarray]] | None,
-    roots: Mapping[str, Mapping[str, np.ndarray]],
-    word: str,
-) -> None:
+def draw(path: Paths, boats: Derived, word: str) -> None:
     """Intervals above, a row a quantity, each from 5 to 95 % of the prior; below them the spiral curve and roots.
 
-    `rows`: of each label, words of the posterior's interval, prior_words of the prior's, reference or None,
-    and quantiles q5 q25 median q75 q95 of the prior and the posterior; `spiral`: rates of turn (m,), rad/s, and by
-    "reference", "prior" and "posterior" the rudder (n, m), rad; or None; `roots`: plane -> by the same names roots (n,
-    k), 1/s; `word`: what the reference is.
+    `word`: what the reference is.
     """
+    rows = [row for row in numbers(boats)["quantities"] if row["width_ratio"] is not None]
+    spiral, roots = boats.spiral, boats.roots
     panels = ([] if spiral is None else ["spiral"]) + list(roots)
     heights = [0.26 * len(rows) + 0.5] * bool(rows) + [2.7] * bool(panels)
     with style.figure(path, 8.6, sum(heights) + 0.45) as figure:
@@ -65,12 +59,12 @@ def _intervals(panel, rows, word) -> None:
         else:
             look = {"ms": 5, "mew": 0, "color": style.POSTERIOR} if narrow else {"ms": 7, "color": "white"}
             panel.plot(median, y, "o" if narrow else "|", zorder=4, **look)
-    panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), ylim=(len(rows) - 0.4, -0.6), xticks=[0.0, 1.0])
+    panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), xticks=[0.0, 1.0])
     panel.set_xticklabels(["5 % of the prior", "95 % of the prior"])
-    panel.set_yticks(range(len(rows)), [row["label"] for row in rows])
-    words = [f"{row['words']}  (before {row['prior_words']})" for row in rows]
+    style.show_rows(panel, [row["label"] for row in rows])
+    ends = [[" to ".join(in_words(row[of]["q5"], row[of]["q95"])) for of in ("posterior", "prior")] for row in rows]
+    words = [f"{after}  (before {before})" for after, before in ends]
     style.write_beside(panel, range(len(rows)), words, "90 % of the posterior")
-    panel.grid(axis="y", visible=False)
 
 
 def _spiral(panel, rates, curves) -> None:
@@ -105,3 +99,24 @@ def _roots(panel, roots, title) -> None:
         panel.grid(axis="y", visible=False)
     else:
         panel.set_ylabel("imaginary part (1/s)")
+
+
+def draw_ways(path: Paths, prescription: Mapping[str, Mapping[str, Any]]) -> None:
+    """What each way to go on leaves of the sd of what is asked for; of its numbers in ``numbers.json``."""
+    ways = list(reversed(next(iter(prescription.values()))["after"]))
+    with style.figure(path, 7.2, 1.1 + 0.34 * len(ways)) as figure:
+        every = figure.subplots(1, len(prescription), sharey=True, squeeze=False)[0]
+        for axis, (name, one) in zip(every, prescription.items(), strict=True):
+            left = [100.0 * one["after"][way] / one["sd"] for way in ways]
+            axis.barh(ways, left, color=style.POSTERIOR, height=0.55)
+            for row, percent in enumerate(left):
+                inside = percent > 50.0
+                axis.annotate(
+                    f"{percent:.0f}", (percent, row), (-3 if inside else 3, 0), textcoords="offset points",
+                    ha="right" if inside else "left", va="center", fontsize=8, color="white" if inside else "black",
+                )  # fmt: skip
+            unit = f" {one['unit']}" if one["unit"] else ""
+            axis.set_title(f"{name}\nsd {one['sd']:.2g}{unit}", fontsize=9)
+            axis.set(xlim=(0.0, 100.0), xticks=[0, 50, 100])
+            axis.tick_params(axis="y", length=0)
+        figure.supxlabel("per cent of the sd of now that would be left", fontsize=9)

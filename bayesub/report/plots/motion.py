@@ -15,9 +15,8 @@ from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.report.plots import style
 from bayesub.report.plots.style import Paths
-from bayesub.report.plots.track import STRAIGHT, X, Y, Z, draw_actuators
+from bayesub.report.plots.track import ALPHA, STRAIGHT, X, Y, Z, draw_actuators
 
-_ALPHA = {0.9: 0.3, 0.5: 0.45}  # of bands
 _SHADE = {0.9: 0.65, 0.5: 0.35}  # how far regions are from their colour to white; they lie over each other
 _CORNERS = 24  # of an ellipse
 _CIRCLE = np.stack([np.cos(t := np.linspace(0.0, 2.0 * np.pi, _CORNERS)), np.sin(t)])
@@ -117,7 +116,7 @@ def _draw_bands(axis, one: Drawn, k: int, factor: float, centre) -> list[np.ndar
     motion, ends = one.motion, []
     for probability, label in zip(one.probabilities, one.labels, strict=False):
         low, high = (factor * (end[:, k] - centre) for end in motion.bands[probability])
-        axis.fill_between(motion.times, low, high, color=one.colour, alpha=_ALPHA[probability], lw=0, label=label)
+        axis.fill_between(motion.times, low, high, color=one.colour, alpha=ALPHA[probability], lw=0, label=label)
         ends += [low, high]
     median = factor * (motion.median[:, k] - centre)
     axis.plot(motion.times, median, **one.line, label=None if one.probabilities else one.label)

@@ -26,6 +26,7 @@ VEHICLES = {"suboff": POSTERIOR, "auv690": SQP, "npsauv": LINEAR}
 CYCLE = (POSTERIOR, LINEAR, SQP, NULL, WEAK)
 PRIOR_LINE: dict[str, Any] = {"color": "#777777", "lw": 1.0, "ls": "--"}
 CORRELATION = mpl.colormaps["RdBu_r"].resampled(61)  # few enough colours for the palette of a PNG, letters included
+SMALL = 3.5, 2.75  # inches, of a picture of the first screen
 NAMES = 10.0  # size of the names of coefficients
 
 _COLOURS, _EXACT, _WHITE = 256, 100, 0xFFFFFF  # of a PNG, and those among them that keep their value
@@ -130,6 +131,13 @@ def write_beside(axis: Axes, rows: Sequence[int] | np.ndarray, words: Sequence[s
     right.tick_params(length=0)
     right.spines[:].set_visible(False)
     axis.annotate(title, (1.0, 1.0), (3.5, 1), "axes fraction", "offset points", fontsize=8, va="bottom")
+
+
+def show_rows(axis: Axes, names: Sequence[str], n: int = 0, **look: Any) -> None:
+    """A row a name from above, with room for `n` if there are to be more; `look` is that of the names."""
+    axis.set_yticks(range(len(names)), names, **look)
+    axis.set_ylim(max(n, len(names)) - 0.4, -0.6)
+    axis.grid(axis="y", visible=False)
 
 
 def look_from_above(axis: Axes, start: np.ndarray) -> None:

@@ -1,6 +1,6 @@
-"""A trial: its orders, a simulated one with its track, and the forces that the equations leave out."""
+"""A trial: its orders, its track, what is predicted of its readings, and the forces that the equations leave out."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import cycle, pairwise
 from typing import Any
 
@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from bayesub.findings.disturbances import CURRENTS, InferredForces, unit
+from bayesub.inference.checks.prediction import Prediction
 from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.logs.log_files import positions
@@ -20,6 +21,9 @@ STRAIGHT = 1e-3  # of its length: a track that moves less to the side is not dra
 GAP = 5.0  # intervals without a reading
 MOST_ORDERS = 6  # trials whose orders are drawn
 _BANDS = ((0.05, 0.95, 0.25), (0.25, 0.75, 0.45))  # quantiles of inferred forces, and how dark
+_FAN = ((0.05, 0.95, 0.45), (0.25, 0.75, 0.9))  # quantiles of the prior, and how dark
+_POINTS = 120  # of a line or a band, at most
+ALPHA = {0.9: 0.3, 0.5: 0.45}  # probability of a band -> how dark
 _NAMES = {"x": "north", "y": "east", "z": "depth"}
 
 
@@ -123,13 +127,117 @@ def _draw_forces(axis, forces):
         axis.plot([], [], color=colour, label=name)
 
 
+def draw_fan(
+    path: Paths, channels: Sequence, prior: np.ndarray, posterior: np.ndarray, tracks: Sequence[np.ndarray]
+) -> None:
+    """The track of draws from the prior and from the posterior, and bands of both of every channel.
+
+    `channels`: of the record, in the order of the readings; `prior` and `posterior`: (n_draws, n_readings) noise-free
+    readings of draws, SI units; `tracks`: (n_prior, n_times, 12) and (n_posterior, n_times, 12) states over the ground
+    of some draws.
+    """
+    ends = np.cumsum([len(channel.times) for channel in channels])
+    with style.figure(path, 9.0, max(3.6, 1.25 * len(channels))) as figure:
+        axes = figure.subplot_mosaic([["track", c.name] for c in channels], width_ratios=[1.0, 1.15])
+        draw_tracks(axes["track"], *tracks)
+        last = max(channel.times[-1] for channel in channels)
+        for channel, end in zip(channels, ends, strict=True):
+            _draw_channel(axes[channel.name], channel, prior, posterior, slice(end - len(channel.times), end))
+            axes[channel.name].set_xlim(-0.02 * last, 1.02 * last)
+            axes[channel.name].tick_params(labelbottom=channel is channels[-1])
+        axes[channels[0].name].set_title("readings and bands without noise", fontsize=9)
+        axes[channels[-1].name].set_xlabel("time (s)")
+        handles, words = axes[channels[0].name].get_legend_handles_labels()
+        figure.legend(handles, words, loc="outside lower center", ncols=len(words), fontsize=8, markerscale=3)
+
+
+def _draw_channel(axis, channel, prior, posterior, part) -> None:
+    label, factor = axis_label(channel)
+    for k, part_of_channel in enumerate(without_gaps(channel.times)):
+        places = np.arange(len(channel.times))[part_of_channel]
+        some = places[:: -(-len(channel.times) // _POINTS)]
+        times = channel.times[some]
+        for low, high, alpha in _FAN:
+            band = factor * np.quantile(prior[:, part][:, some], [low, high], axis=0)
+            words = None if k else f"{100 * (high - low):.0f} % of the prior"
+            axis.fill_between(times, *band, color=style.PRIOR, alpha=alpha, lw=0, label=words)
+        readings = factor * channel.values[some]
+        axis.plot(times, readings, ".", ms=3.0, color=style.READINGS, label=None if k else "reading", zorder=2)
+        band = factor * np.quantile(posterior[:, part][:, some], [0.05, 0.95], axis=0)
+        words = None if k else "90 % of the posterior"
+        axis.fill_between(times, *band, color=style.POSTERIOR, ec=style.POSTERIOR, lw=0.8, label=words, zorder=3)
+    axis.set_ylabel(label)
+
+
+def draw_tracks(axis: Axes, prior: np.ndarray, posterior: np.ndarray) -> None:
+    """From above, or of a straight track from aside, at some of the times."""
+    some = np.linspace(0, prior.shape[1] - 1, min(_POINTS, prior.shape[1])).astype(int)
+    prior, posterior = prior[:, some], posterior[:, some]
+    from_aside = np.ptp(posterior[0, :, Y]) <= STRAIGHT * np.ptp(posterior[0, :, X])
+    for tracks, colour, width in ((prior, style.PRIOR, 0.8), (posterior, style.POSTERIOR, 1.0)):
+        across, up = (tracks[..., X], tracks[..., Z]) if from_aside else (tracks[..., Y], tracks[..., X])
+        axis.plot(across.T, up.T, color=colour, lw=width)
+    if from_aside:
+        axis.invert_yaxis()
+        axis.set(xlabel="north (m)", ylabel="depth (m)", title="tracks from aside")
+    else:
+        style.look_from_above(axis, posterior[0, 0, [Y, X]])
+        axis.set_title("tracks from above, starting at the dot")
+        axis.locator_params(axis="x", nbins=5)
+    axis.title.set_fontsize(9)
+
+
+def draw_small_fan(path: Paths, tracks: Sequence[np.ndarray]) -> None:
+    """Tracks (n_draws, n_times, 12) of the prior and of the posterior, for the first screen."""
+    with style.figure(path, *style.SMALL) as figure:
+        draw_tracks(figure.subplots(), *tracks)
+
+
+def draw_unseen(path: Paths, channels: Sequence, predictions: Mapping[str, Prediction], warm_up: float) -> None:
+    """A row for each channel: readings within bands, and readings less the mean prediction of the posterior.
+
+    `channels`: of the record, in the order of the readings; `predictions`: by whom ->
+    :class:`bayesub.inference.checks.prediction.Prediction`; "posterior" among them. Those that failed are left out;
+    `warm_up`: s; shaded.
+    """
+    posterior = predictions["posterior"]
+    bands = posterior.bands
+    lines = {"prior mean": style.LINEAR, "SQP": style.SQP}
+    lines = {by: colour for by, colour in lines.items() if by in predictions and predictions[by].is_flown}
+    with style.figure(path, 9.0, 1.0 + 1.5 * len(channels)) as figure:
+        rows = figure.subplots(len(channels), 2, squeeze=False, sharex=True, width_ratios=[1.0, 1.6])
+        for (left, right), channel in zip(rows, channels, strict=True):
+            part = posterior.slices[channel.name]
+            factor = 1.0 / log_files.si_factor(channel.quantity)
+            mean, readings, times = posterior.mean[part], posterior.readings[part], channel.times
+            for axis, base in ((left, 0.0), (right, mean)):
+                style.shade_warm_up(axis, warm_up)
+                for probability, alpha in ALPHA.items():
+                    band = [factor * (end[part] - base) for end in bands[probability]]
+                    label = f"{100 * probability:g} % band"
+                    axis.fill_between(times, *band, color=style.POSTERIOR, alpha=alpha, lw=0, label=label)
+                for by, colour in lines.items():
+                    axis.plot(times, factor * (predictions[by].mean[part] - base), color=colour, lw=1.0, label=by)
+                axis.plot(times, factor * (readings - base), ".", ms=2.5, color=style.TRUTH, label="reading")
+            style.show_whole(left, factor * np.concatenate([readings, *bands[0.9][:, part]]))
+            style.show_whole(right, factor * np.concatenate([readings - mean, *(bands[0.9][:, part] - mean)]))
+            left.set_ylabel(with_unit(log_files.HEADERS[channel.quantity]))
+        rows[0, 0].set_title(f"readings and prediction{'; grey: warm-up' if warm_up else ''}", fontsize=9)
+        rows[0, 1].set_title("less the mean of the posterior's prediction", fontsize=9)
+        for axis in rows[-1]:
+            axis.set_xlabel("time (s)")
+        handles, labels = rows[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, markerscale=3)
+
+
 def draw_disturbance(path: Paths, forces: InferredForces) -> None:
     """A row for each disturbed axis: the inferred history on the left, the force of the hull on the right.
 
     Of a current the velocity of the boat in the water is on the right.
     """
-    n_axes = len(forces.axes)
-    margins = (0.85, 0.15, 0.5, 0.62)
+    n_axes, margins = len(forces.axes), (0.85, 0.15, 0.5, 0.62)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], forces.turning, [False]]).astype(int)))
+    turns = np.append(forces.fine_times, forces.times[-1])[edges].reshape(-1, 2)  # when it turns fast, from .. to
     with style.figure(path, 9.0, 1.2 + 1.75 * n_axes, margins) as figure:
         rows = figure.subplots(
             n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw={"wspace": 0.24, "hspace": 0.14}
@@ -138,12 +246,20 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
             figure.align_ylabels(column)
         for k, (axis, (left, right)) in enumerate(zip(forces.axes, rows, strict=True)):
             for panel in (left, right):
-                _shade(panel, forces)
+                for begin, end in turns:
+                    label = "turning faster than half of the time" if begin == turns[0][0] else None
+                    panel.axvspan(begin, end, color=style.PRIOR, alpha=0.4, lw=0, label=label)
                 panel.axhline(0.0, color=style.TRUTH, lw=0.5)
                 panel.set_ylabel(f"{axis} ({unit(axis)})")
                 panel.margins(x=0.01)
                 panel.locator_params(axis="y", nbins=5)
-            _draw_history(left, forces, k)
+            for low, high, alpha in _BANDS:
+                ends, label = np.quantile(forces.draws[:, k], [low, high], axis=0), f"{100 * (high - low):.0f} %"
+                left.fill_between(forces.times, *ends, color=style.POSTERIOR, alpha=alpha, lw=0, label=label)
+            median = np.median(forces.draws[:, k], axis=0)
+            left.plot(forces.times, median, color=style.POSTERIOR, lw=1.2, label="median")
+            if forces.truth is not None:
+                left.plot(forces.times, forces.truth[k], color=style.TRUTH, lw=0.8, label="truth")
             left.locator_params(axis="x", nbins=10)
             right.locator_params(axis="x", nbins=5)
             right.plot(forces.fine_times, forces.hull[k], color=style.SQP, lw=1.0)
@@ -156,23 +272,3 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
         for panel in rows[-1]:
             panel.set_xlabel("time (s)")
         figure.legend(*rows[0, 0].get_legend_handles_labels(), loc="upper center", ncols=5, fontsize=8)
-
-
-def _shade(panel, forces):
-    """Grey where the boat turns fast."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], forces.turning, [False]]).astype(int)))
-    ends = np.append(forces.fine_times, forces.times[-1])
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        label = "turning faster than half of the time" if begin == edges[0] else None
-        panel.axvspan(ends[begin], ends[end], color=style.PRIOR, alpha=0.4, lw=0, label=label)
-
-
-def _draw_history(panel, forces, k):
-    draws = forces.draws[:, k]
-    for low, high, alpha in _BANDS:
-        lower, upper = np.quantile(draws, [low, high], axis=0)
-        label = f"{100 * (high - low):.0f} %"
-        panel.fill_between(forces.times, lower, upper, color=style.POSTERIOR, alpha=alpha, lw=0, label=label)
-    panel.plot(forces.times, np.median(draws, axis=0), color=style.POSTERIOR, lw=1.2, label="median")
-    if forces.truth is not None:
-        panel.plot(forces.times, forces.truth[k], color=style.TRUTH, lw=0.8, label="truth")

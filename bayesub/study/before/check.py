@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, TypeAlias
 
 from bayesub.io import toml_files
 from bayesub.io.atomic import reason
@@ -17,24 +17,19 @@ from bayesub.io.errors import InputError, error_source, one_line
 
 if TYPE_CHECKING:
     from bayesub.findings.data_card import DataCard
+    from bayesub.findings.equation_card import EquationCard
+    from bayesub.findings.log_card import LogCard
+    from bayesub.findings.vehicle_card import VehicleCard
     from bayesub.model.vehicles import Vehicle
     from bayesub.study.run.prepare import Setup
 
-
-class Card(Protocol):
-    """What `check` reports on a file: in words and as JSON."""
-
-    def lines(self) -> list[str]:
-        """The card in words."""
-
-    def to_json(self) -> dict:
-        """The card as JSON types."""
+    Card = DataCard | EquationCard | LogCard | VehicleCard
 
 
-Examined = tuple[str, Card | None]
+Examined: TypeAlias = "tuple[str, Card | None]"  # in words; and what `check` reports, in lines and as JSON
 
 
-def draw_card(cards: Iterable[Card | None], path: Path) -> None:
+def draw_card(cards: "Iterable[Card | None]", path: Path) -> None:
     """Draw the card of the one vehicle or study among those of files; InputError if there is none, or more."""
     from bayesub.report.plots import cards as drawn  # here, since it imports matplotlib
 
@@ -108,10 +103,17 @@ def _study(path: Path) -> Examined:
     from bayesub.study.schema.study_file import load_study
 
     study = load_study(path)
+    import numpy as np
+
+    from bayesub.findings import data_card
     from bayesub.study.run.prepare import prepare
 
     setup = prepare(study)
-    return _cost(setup), _data_card(path, setup)
+    cost, problem = _cost(setup), setup.problem
+    if not np.isfinite(problem.predicted(problem.prior.mean)).all():  # the boat of the prior means fails
+        return cost, None
+    with error_source(str(path)):
+        return cost, data_card.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
 
 
 def _geometry(path: Path) -> Examined:
@@ -196,19 +198,6 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
     return text, card
 
 
-def _data_card(path: Path, setup: "Setup") -> "DataCard | None":
-    """The card of the data of a study; None if the boat of the prior means does not complete the trials."""
-    import numpy as np
-
-    from bayesub.findings import data_card
-
-    problem = setup.problem
-    if not np.isfinite(problem.predicted(problem.prior.mean)).all():
-        return None
-    with error_source(str(path)):
-        return data_card.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
-
-
 def _cost(setup: "Setup") -> str:
     """Time a batch, and count on what the sampler usually needs."""
     import numpy as np
@@ -222,8 +211,13 @@ def _cost(setup: "Setup") -> str:
     rate = 4 * len(batch) / (time.perf_counter() - began)
     each = problem.each_trial(problem.prior.mean)
     trials = "; ".join(_trial(name, p, setup.trials[name], centre) for name, p, centre in each)
+    unseen = "".join(
+        f"to predict '{one.name}': {int((one.problem.times > one.warm_up_s).sum())} readings after a warm-up of "
+        f"{one.warm_up_s:.4g} s{_failure(one.problem, one.problem.prior.mean)}; "
+        for one in setup.unseen
+    )
     return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {_unseen(setup)}{_disturbance(setup.problem)}"
+        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {unseen}{_disturbance(problem)}"
         f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
     )
 
@@ -238,15 +232,6 @@ def _trial(name: str, problem, trial, centre) -> str:
     return (
         f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
         f"step {problem.simulator.step:g} s{truth}{_failure(problem, centre)}"
-    )
-
-
-def _unseen(setup: "Setup") -> str:
-    """The logs that are not fitted and are to be predicted, or nothing."""
-    return "".join(
-        f"to predict '{trial.name}': {int((trial.problem.times > trial.warm_up_s).sum())} readings after a warm-up of "
-        f"{trial.warm_up_s:.4g} s{_failure(trial.problem, trial.problem.prior.mean)}; "
-        for trial in setup.unseen
     )
 
 

@@ -78,23 +78,17 @@ def _copied(name: str, source: str, kind: str, path: Path, equations_key: str) -
     return document.as_string()
 
 
-def equations(name: str) -> str:
-    """The text of an equation file that explains every key, with a short set as an example."""
-    _check_set_name(name)
-    return templates.fill("bayesub.study.new", "new_equations.toml", name=name)
+def equations(name: str, source: str | None = None, path: Path = Path()) -> str:
+    """The text of an equation file `path` that explains every key, with a short set as an example.
 
-
-def copied_equations(name: str, source: str, path: Path) -> str:
-    """The text of an equation file `path`: the set `source` (built-in name or path) under another name."""
-    _check_set_name(name)
-    return _copied(name, source, "equations", path, "extends")
-
-
-def _check_set_name(name: str) -> None:
-    """InputError for what cannot name an equation set."""
+    Of a `source` (built-in name or path) it is that set under another name.
+    """
     if not re.fullmatch(SET_NAME, name):
         text = f"an equation set is named by letters, digits, '_' and '-', beginning with a letter, found '{name}'"
         raise InputError(text, "value", "name")
+    if source is not None:
+        return _copied(name, source, "equations", path, "extends")
+    return templates.fill("bayesub.study.new", "new_equations.toml", name=name)
 
 
 def vehicle(name: str, hull: Hull | None = None, equations: str = DEFAULT, path: Path = Path()) -> str:

@@ -61,18 +61,22 @@ perturbation_sd = 0.15"""
 
 def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
     """The text of a study file `path` that simulates a vehicle on a manoeuvre and measures its track."""
+    equations, plane = load_vehicle(vehicle).equations, manoeuvre if manoeuvre in MOVING else None
+    n_starts, cost = MANY_STARTS, "under a second each"
+    if len(equations.active(load_vehicle(vehicle), subproblem=plane)) > FEW:
+        n_starts, cost = 2, "some 6 s each of 83 coefficients"
     return _text(
         name,
         path,
         vehicle,
         what=f"the manoeuvre {manoeuvre}",
         source=f'manoeuvre = "{files.seen_from(path, manoeuvre)}"',
-        sensors=_TRACK + (_IN_PLANE if load_vehicle(vehicle).equations.degrees_of_freedom == 3 else ""),
+        sensors=_TRACK + (_IN_PLANE if equations.degrees_of_freedom == 3 else ""),
         column="x_m",
-        free=manoeuvre if manoeuvre in MOVING else "all",
+        free=plane or "all",
         centre=_GUESS,
         nuisance=_NUISANCE + _CLOCK.format("track"),
-        searches=_searches(load_vehicle(vehicle), manoeuvre),
+        searches=f"sqp_starts = {n_starts}                # deterministic searches to compare with, {cost}",
     )
 
 
@@ -98,7 +102,10 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
     if rest := [f'"{log_files.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
         source.append(f"ignore = [{', '.join(rest)}]")
-    source += _thinned(boat, log, of_use)
+    times = [log["time"][np.isfinite(log[key])] for key in of_use]
+    n, tenth = sum(map(len, times)), 0.1 * boat.length_m / boat.speed_mps
+    kept = sum(min(len(one), np.ptp(one) / tenth) for one in times)
+    source += [_INTERVAL.format(tenth, n, n / kept)] if n > max(_MANY, 2.0 * kept) else []
     nuisance = _IN_CURRENT if _OVER_GROUND & set(of_use) else _NUISANCE
     if nuisance is _IN_CURRENT and "psi" in changing:
         read = any(QUANTITIES[key].heading for key in of_use)
@@ -107,7 +114,10 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     for key in of_use:
         if log_files.HEADERS[key].endswith("_mps"):
             nuisance += _SCALE.format(f"scale_{channel_name(key)}", 0.01, "1 % of a speed is 2 % of a drag")
-    for scale in _scales_of_forces(boat, plane):
+    has_thrust = boat.body[[workspace.BODY.index(key) for key in workspace.THRUST]].any()
+    scales = [name for name, (_, kind) in boat.actuators.parameters.items() if kind == "scale"]
+    moving = [name for name in scales if boat.actuators.moves(name, plane if plane in MOVING else None)]
+    for scale in [PROPELLER] * bool(has_thrust) + moving:
         nuisance += _SCALE.format(scale, 0.05, "how effective it is: trades off with its coefficients, or the drag")
     return _text(
         name,
@@ -122,24 +132,6 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
         nuisance=nuisance,
         searches="sqp_starts = 0                # deterministic searches to compare with",
     )
-
-
-def _searches(boat: Vehicle, manoeuvre: str) -> str:
-    """The line of the searches: fewer of many coefficients, and what one costs on one core."""
-    n = len(boat.equations.active(boat, subproblem=manoeuvre if manoeuvre in MOVING else None))
-    n_starts, cost = (MANY_STARTS, "under a second each") if n <= FEW else (2, "some 6 s each of 83 coefficients")
-    return f"sqp_starts = {n_starts}                # deterministic searches to compare with, {cost}"
-
-
-def _scales_of_forces(boat: Vehicle, plane: str) -> list[str]:
-    """The scales of the propeller and of the actuators that move in a plane."""
-    thrust, within = (
-        boat.body[[workspace.BODY.index(key) for key in workspace.THRUST]],
-        plane if plane in MOVING else None,
-    )
-    kinds = boat.actuators.parameters.items()
-    scales = [name for name, (_, kind) in kinds if kind == "scale" and boat.actuators.moves(name, within)]
-    return [PROPELLER] * bool(thrust.any()) + scales
 
 
 def _plane(boat: Vehicle, inputs: np.ndarray) -> str:
@@ -167,14 +159,6 @@ def _text(name, path, vehicle, **parts) -> str:
         axes=", ".join(f'"{axis}"' for axis in PLANES.get(parts["free"], (AXES,))[0]),
         **parts,
     )
-
-
-def _thinned(boat: Vehicle, log: dict[str, np.ndarray], of_use: list[str]) -> list[str]:
-    """The line that thins the readings of a log, if the boat hardly moves between them; or none."""
-    times = [log["time"][np.isfinite(log[key])] for key in of_use]
-    n, tenth = sum(map(len, times)), 0.1 * boat.length_m / boat.speed_mps
-    kept = sum(min(len(one), np.ptp(one) / tenth) for one in times)
-    return [_INTERVAL.format(tenth, n, n / kept)] if n > max(_MANY, 2.0 * kept) else []
 
 
 def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> str:

@@ -255,6 +255,7 @@ def conclude(
     spectrum = identifiability.fisher(setup.problem, posterior.best, draws=posterior.draws)
     taken = seconds.get("all before the report", sum(seconds.values()))
     made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
+    following = prescription(setup, posterior).to_json() if posterior.converged else {}
     kept: dict[str, list[list[float]]] = {quantity.name: [] for quantity in setup.quantities}
     numbers = write_report(
         folder,
@@ -262,11 +263,12 @@ def conclude(
         estimates,
         spectrum,
         posterior,
-        study=ReportedStudy(study.name, study.question, study.seed, seconds, context.commit, made, context.progress),
+        study=ReportedStudy(
+            study.name, study.question, study.seed, seconds, context.commit, made, context.progress, following
+        ),
         check=check,
         predictions=predictions,
         quantities=[recorded(quantity, kept[quantity.name]) for quantity in setup.quantities],
-        prescription=prescription(setup, posterior).to_json() if posterior.converged else None,
         pdf=context.pdf,
     )
     files = [POSTERIOR, ESTIMATES, *(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]

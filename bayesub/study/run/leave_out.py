@@ -60,13 +60,9 @@ class _Fits:
 
     def __init__(self, setup: Setup, folder: Path, progress: Progress):
         self.folder, self.progress, self.results = folder, progress, {}
-        for name in setup.trials:
-            place = _place(folder, name)
-            if (
-                place.exists()
-                and (before := posterior_file.load(place)).converged
-                and before.criteria == criteria(setup)
-            ):
+        for name in filter(lambda name: _place(folder, name).exists(), setup.trials):
+            before = posterior_file.load(_place(folder, name))
+            if before.converged and before.criteria == criteria(setup):
                 self.results[name] = True
 
     def add(self, name: str, result: Posterior | str) -> None:

@@ -72,7 +72,9 @@ def open_folder(
     elif saved is not None and not force:
         raise InputError(f"{folder}: already holds a run; {_remedy(saved, config)}", "state")
     with writing(folder):
-        if folder.exists() and saved is None and _content(folder):
+        names = [path.name for path in folder.iterdir()] if saved is None and folder.exists() else []
+        # A run that was stopped before it began leaves traces.
+        if any(name not in (LOCK, LEDGER, TRACEBACK) and not name.endswith(PARTIAL) for name in names):
             raise InputError(f"{folder}: already holds other files; choose another -o", "state")
         folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
@@ -121,12 +123,6 @@ def _remedy(saved: dict, config: dict) -> str:
     if change := code_change(saved, config):
         return f"which is stale: {change}; use --force to run it again, or another -o"
     return "use --resume to continue it or --force to replace it"
-
-
-def _content(folder: Path) -> list[Path]:
-    """The files of a folder besides the traces of a run that was stopped before it began."""
-    traces = (LOCK, LEDGER, TRACEBACK)
-    return [path for path in folder.iterdir() if path.name not in traces and not path.name.endswith(PARTIAL)]
 
 
 class TimedProgress:

@@ -20,11 +20,10 @@ import operator
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import ModuleType
-from typing import Any
 
 from bayesub.campaign import beside, executors
 from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arrays
@@ -103,25 +102,17 @@ def question(path: Path, *, functions: Sequence[str] = ()) -> str:
     return docstring.splitlines()[0]
 
 
+@dataclass
 class ScriptRun:
-    """A run folder, as a study script sees it: ``name``, ``folder``, ``quick``, ``progress``, and what its methods do.
+    """A run folder, as a study script sees it, and what its methods do."""
 
-    ``formats`` are the suffixes of figures; ``executor`` does parts that are independent of each other.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        folder: Path,
-        *,
-        quick: bool,
-        progress: Progress = SILENT,
-        formats: tuple[str, ...] = (".png",),
-        executor: Executor | None = None,
-    ):
-        self.name, self.folder, self.quick, self.progress, self.formats = name, folder, quick, progress, formats
-        self.executor = executor or executors.local()
-        self.tables: list[str] = []
+    name: str  # of the study
+    folder: Path
+    quick: bool
+    progress: Progress = SILENT
+    formats: tuple[str, ...] = (".png",)  # suffixes of figures
+    executor: Executor = field(default_factory=executors.local)  # does parts that are independent of each other
+    tables: list[str] = field(default_factory=list)  # lines of Markdown, for the page
 
     def __getstate__(self):
         """In another process there is no display to report to, and there are no other processes."""
@@ -214,8 +205,8 @@ def load(path: Path) -> ModuleType:
 
 def run(script: Script, context: RunContext) -> StudyResult:
     """Run a script in an opened folder; ``numbers.json`` is written before anything is drawn or judged."""
-    given: dict[str, Any] = {"progress": context.progress, "formats": context.formats, "executor": context.executor}
-    study = ScriptRun(script.name, context.folder, quick=script.is_quick, **given)
+    executor = context.executor or executors.local()
+    study = ScriptRun(script.name, context.folder, script.is_quick, context.progress, context.formats, executor)
     module = load(script.path)
     text = as_json(_shortened(module.compute(study)), "compute()")
     write_text(context.folder / NUMBERS, text)
@@ -226,7 +217,16 @@ def run(script: Script, context: RunContext) -> StudyResult:
 def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) -> StudyResult:
     """Draw a finished run again and judge it, from its ``numbers.json``, by the script of the run or another."""
     if path is None:
-        path = _script_of(folder, config)
+        path = place_of(config)
+        if not path.is_file():
+            text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
+            raise InputError(text, "missing", "--study")
+        digest, files, _ = sources.of_script(path)
+        saved = {str(path): config["script_sha256"]} | config.get("files_sha256", {})
+        for name, now in ({str(path): digest} | files).items():
+            if saved.get(name) != now:
+                text = f"{name}: has changed since the run; run the study again, or name a script with --study"
+                raise InputError(text, "state", "--study")
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
         text = f"{folder}: the run has not finished, {NUMBERS} is missing; continue it with --resume"
@@ -242,24 +242,6 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
 def place_of(config: dict) -> Path:
     """Where the script of a run is or was."""
     return Path(config.get("script", f"studies/{config['name']}.py"))
-
-
-def _script_of(folder: Path, config: dict) -> Path:
-    """The script of a run; InputError if it is not there any more or has changed since."""
-    path = place_of(config)
-    if not path.is_file():
-        text = f"{folder}: there is no {path}, the script of the run; name the script with --study"
-        raise InputError(text, "missing", "--study")
-    (digest, files, _), changed = sources.of_script(path), ""
-    if digest != config["script_sha256"]:
-        changed = str(path)
-    else:
-        saved = config.get("files_sha256", {})
-        changed = next((name for name, digest in files.items() if saved.get(name) != digest), "")
-    if changed:
-        text = f"{changed}: has changed since the run; run the study again, or name a script with --study"
-        raise InputError(text, "state", "--study")
-    return path
 
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:

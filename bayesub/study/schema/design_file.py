@@ -23,6 +23,7 @@ from bayesub.study.schema.disturbance_section import DisturbanceSection
 from bayesub.study.schema.prior_section import NoiseSection, PriorOfOne, PriorSection, noise_models
 from bayesub.study.schema.sensor_section import SensorSection
 from bayesub.study.schema.study_file import FreeSection
+from bayesub.study.schema.trial_section import unfixed
 
 PRIOR_SD = 0.25
 USUAL = {  # default sensors of a trial: a Doppler log, gyros, attitude and depth, once a second
@@ -45,15 +46,11 @@ class DesignFile(Section):
     noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
     disturbance: DisturbanceSection | None = None  # unmodelled forces, whose histories are integrated out
 
-    @pydantic.model_validator(mode="after")
-    def _possible(self):
+    def _check(self):
         if self.prior is not None and self.prior.centre == "perturbed":
             raise InputError("prior.centre 'perturbed' is a guess about a simulated truth; leave it out", "conflict")
         for name, one in self.nuisance.items():
-            if one.value is not None:
-                text = f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out"
-                raise InputError(text, "conflict")
-        return self
+            unfixed(name, one)
 
     def instruments(self) -> tuple[Sensor, ...]:
         """The sensors."""

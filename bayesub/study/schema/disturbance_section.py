@@ -29,6 +29,7 @@ WAYS = {"sd": (AXES, 1.0), "sd_n": (AXES[:3], 1e12), "sd_nm": (AXES[3:], 1e15), 
 WAYS |= {"sd_mps": (CURRENTS, 100.0)}
 LEAST = 1e-20  # of the largest value: less moves nothing
 _UNITS = {"sd_n": "in newton", "sd_nm": "in newton metre", "sd_mps": "in m/s"}
+_KINDS = {"sd_n": "a force", "sd_nm": "a moment", "sd_mps": "a current"}
 
 
 class LogNormalPrior(Section):
@@ -43,12 +44,6 @@ class LogNormalPrior(Section):
 
 
 _SUITED = dict.fromkeys("XYZ", "sd_n") | dict.fromkeys("KMN", "sd_nm") | dict.fromkeys(CURRENTS, "sd_mps")
-
-
-def what(axis: str) -> str:
-    """The kind of disturbance on an axis: a force, a moment or a current."""
-    return "a current" if axis in CURRENTS else "a force" if axis in "XYZ" else "a moment"
-
 
 Amount = Annotated[
     Annotated[Positive, pydantic.Tag("(number)")] | Annotated[LogNormalPrior, pydantic.Tag("(prior)")],
@@ -89,16 +84,11 @@ class DisturbanceSection(Section):
         }
         return content | {key: {a: value for a in axes if a in WAYS[key][0]} for key, value in single.items()}
 
-    @pydantic.model_validator(mode="after")
-    def _axes_exist(self):
+    def _check(self):
         try:
             check_axes(self.axes)
         except InputError as error:
             raise InputError(str(error).removeprefix("disturbance: "), error.kind) from None
-        return self
-
-    @pydantic.model_validator(mode="after")
-    def _one_sd_for_each_axis(self):
         axes = " ".join(self.axes)
         for key, (suited, largest) in WAYS.items():
             values = getattr(self, key)
@@ -108,7 +98,7 @@ class DisturbanceSection(Section):
                 raise InputError(f"{key}: the axes {axes} have no {' '.join(suited)}; leave it out", "conflict")
             for axis, value in values.items():
                 if axis in self.axes and axis not in suited:
-                    text = f"{key} is {_UNITS.get(key, 'of a force')}, and {axis} is {what(axis)}"
+                    text = f"{key} is {_UNITS.get(key, 'of a force')}, and {axis} is {_KINDS[_SUITED[axis]]}"
                     raise InputError(f"{text}; give it in {_SUITED[axis]}", "conflict")
                 if axis not in self.axes:
                     raise InputError(f"{key} has the axis '{axis}', and axes has {axes}", "conflict")
@@ -129,7 +119,6 @@ class DisturbanceSection(Section):
         if self.correlation_time_current_s is not None and len(currents) in (0, len(self.axes)):
             text = f"correlation_time_current_s is that of a current besides forces, and axes has {axes}"
             raise InputError(f"{text}; give correlation_time_s alone", "conflict")
-        return self
 
     def units(self, simulators: Sequence[Simulator]) -> np.ndarray:
         """(n_axes,) what a unit of the number of each axis is, N, N m or m/s.
@@ -145,7 +134,11 @@ class DisturbanceSection(Section):
             if axis in (self.sd_n or {}) or axis in (self.sd_nm or {}):
                 units[k] = 1.0
             elif axis in (self.share or {}):
-                units[k] = _positive(rms[AXES.index(axis)], axis)
+                units[k] = rms[AXES.index(axis)]
+                if not units[k] > 0.0:
+                    text = f"disturbance: the hull's own {axis} is zero in this manoeuvre, and so is a share of it"
+                    way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
+                    raise InputError(f"{text}; give {way}", "conflict", f"disturbance.share.{axis}")
         return units
 
     def amount(self, axis: str) -> float | LogNormalPrior:
@@ -165,8 +158,8 @@ class DisturbanceSection(Section):
 class TrueDisturbanceSection(DisturbanceSection):
     """Unmodelled forces that a simulated truth feels: as those that are inferred, with numbers."""
 
-    @pydantic.model_validator(mode="after")
-    def _is_known(self):
+    def _check(self):
+        super()._check()
         if self.knot_interval_s is not None:
             raise InputError("knot_interval_s is of forces that are inferred; leave it out", "conflict")
         for key in ("correlation_time_s", "correlation_time_current_s", *WAYS):
@@ -175,7 +168,6 @@ class TrueDisturbanceSection(DisturbanceSection):
             if any(isinstance(amount, LogNormalPrior) for amount in amounts):
                 message = f"{key} is a prior, and what a simulated boat feels is known; give a number"
                 raise InputError(message, "conflict")
-        return self
 
     def known(self, simulator: Simulator) -> Disturbance:
         """The process on the manoeuvre of a simulator; InputError as of :meth:`units`."""
@@ -252,11 +244,3 @@ def read_disturbance(path: str | Path) -> TrueDisturbanceSection:
 
 def _built(amount: float | LogNormalPrior, factor: float = 1.0) -> float | priors.Prior:
     return amount.build(factor) if isinstance(amount, LogNormalPrior) else factor * amount
-
-
-def _positive(rms: float, axis: str) -> float:
-    if not rms > 0.0:
-        what = f"disturbance: the hull's own {axis} is zero in this manoeuvre, and so is a share of it"
-        way = "sd or sd_n" if axis in AXES[:3] else "sd or sd_nm"
-        raise InputError(f"{what}; give {way}", "conflict", f"disturbance.share.{axis}")
-    return rms

@@ -36,14 +36,12 @@ class PriorOfOne(Section):
     log_sd: LogSd | None = None
     value: float | None = None
 
-    @pydantic.model_validator(mode="after")
-    def _one_kind(self):
+    def _check(self):
         given = tuple(self.model_dump(exclude_none=True))
         if given not in (*_KINDS, ("value",)):
             raise InputError("a prior is mean and sd, lower and upper, median and log_sd, or a fixed value", "conflict")
         if given in _KINDS:
             self.build()
-        return self
 
     def build(self) -> priors.Prior:
         """The prior of one that is not fixed at a value."""
@@ -83,8 +81,7 @@ class PriorSection(Section):
     table: str | None = None  # CSV of further ones, columns coefficient, mean, sd; an sd of zero fixes the coefficient
     correlations: tuple[tuple[str, str, float], ...] = ()  # of two coefficients that are given by mean and sd
 
-    @pydantic.model_validator(mode="after")
-    def _its_own_spread(self):
+    def _check(self):
         wanted = _WIDTHS[self.kind]
         given = [key for key in dict.fromkeys(_WIDTHS.values()) if getattr(self, key) is not None]
         if given != [wanted] and (given or self.kind != "vehicle"):
@@ -94,7 +91,6 @@ class PriorSection(Section):
             raise InputError(f"by_axis is of a relative_hierarchical prior, found {self.kind}", "conflict")
         if self.kind != "vehicle":
             getattr(priors, self.kind)(getattr(self, wanted))  # refuses a width
-        return self
 
     def build(
         self, centre: np.ndarray, vehicle: Vehicle, path: Callable[[str], str] = str

@@ -42,10 +42,8 @@ class SensorSection(KindSection):
         """The sensors and instruments of :mod:`bayesub.sensors`, and whatever else was registered there."""
         return sensors.KINDS
 
-    @pydantic.model_validator(mode="after")
-    def _can_exist(self):
+    def _check(self):
         self.build()
-        return self
 
     def build(self) -> tuple[sensors.Sensor, ...]:
         """The sensors that the section describes; InputError if they cannot exist."""
@@ -67,14 +65,12 @@ class ControlSection(Section):
     zero: float = 0.0  # where the column stands when the actuator does nothing
     commanded: bool = False
 
-    @pydantic.model_validator(mode="after")
-    def _of_a_column(self):
+    def _check(self):
         for key in ("unit_deg", "unit_n"):
             if getattr(self, key) == 0.0:
                 raise ValueError(f"{key} must not be zero")
         if self.column is None and any(getattr(self, key) for key in ("unit_deg", "unit_n", "zero")):
             raise InputError("unit and zero are those of a column; give column, which ends with its unit", "missing")
-        return self
 
     def unit(self, name: str, native: str, limit: float) -> float:
         """SI units in a unit of the column, of an actuator of a name, the unit `native` and a limit in SI units."""

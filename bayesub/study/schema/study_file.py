@@ -198,8 +198,8 @@ class Study(TrialKeys):
     _places: dict[str, Path] = pydantic.PrivateAttr(default_factory=dict)
     _is_quick: bool = pydantic.PrivateAttr(default=False)
 
-    @pydantic.model_validator(mode="after")
-    def _consistent(self):
+    def _check(self):
+        super()._check()
         names = [name for name, *_ in self.each_trial()]
         for name, trial, sections in self.each_trial():
             of = f" for trial '{name}'" if name else ""
@@ -210,20 +210,16 @@ class Study(TrialKeys):
             if trial.data is not None and self.prior.centre == "perturbed":
                 what = "prior.centre 'perturbed' is a guess about a simulated truth, and contradicts 'data'"
                 raise InputError(f"{what}; leave it out, the centre is then the vehicle file", "conflict")
-        checks = [check.name for check, _ in self.each_check()]
-        for name in checks:
-            if checks.count(name) > 1:
-                raise InputError(f"two checks are named '{name}'; give each its own name", "conflict")
+        checks, derived = [check.name for check, _ in self.each_check()], [quantity.name for quantity in self.derived]
+        for what, given in (("two checks", checks), ("two of [[derived]]", derived)):
+            for name in given:
+                if given.count(name) > 1:
+                    raise InputError(f"{what} are named '{name}'; give each its own name", "conflict")
+        for name, (_, sections) in zip(checks, self.each_check(), strict=True):
             if name in names:
                 raise InputError(f"a check and a trial are named '{name}'; give the check another name", "conflict")
-        for check, sections in self.each_check():
             if not sections:
-                raise InputError(f"give at least one of [[sensors]] for check '{check.name}'", "missing")
-        derived = [quantity.name for quantity in self.derived]
-        for name in derived:
-            if derived.count(name) > 1:
-                raise InputError(f"two of [[derived]] are named '{name}'; give each its own name", "conflict")
-        return self
+                raise InputError(f"give at least one of [[sensors]] for check '{name}'", "missing")
 
     @property
     def is_quick(self) -> bool:

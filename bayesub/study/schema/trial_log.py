@@ -94,7 +94,13 @@ def read_trial(
     columns = vehicle.actuators.shorts
     log = log_files.read_log(path, vehicle.actuators.log_columns, weight_density=vehicle.weight_density_npm3)
     if window_s is not None:
-        log = _within_window(log, window_s, path)
+        rows = (log["time"] >= window_s[0]) & (log["time"] <= window_s[1])
+        if rows.sum() < 2:
+            first, last = log["time"][[0, -1]]
+            what = f"{path}: window_s [{window_s[0]:g}, {window_s[1]:g}] holds {rows.sum()} rows of a log"
+            text = f"{what} from {first:g} to {last:g} s; give two of its times"
+            raise InputError(text, "data", "window_s")
+        log = {name: cells[rows] for name, cells in log.items()}
     for column in ignore:
         short = log_files.short_name(column)
         if short not in log or column == "time_s":
@@ -112,13 +118,16 @@ def read_trial(
     followed = [_prescribed(angle, whole, subproblem, path) for angle in prescribed]
     states = [one.states[0] for one in followed]
     whole = Record(tuple(channel for channel in whole.channels if channel.state not in states))
-    record = _within(whole, times[-1], path)
+    flown = [(channel.times >= 0.0) & (channel.times <= times[-1]) for channel in whole.channels]
     moving = MOVING.get(subproblem, log_files.STATES)
-    for channel in record.channels:
+    for channel, kept in zip(whole.channels, flown, strict=True):
+        column = log_files.HEADERS[channel.quantity]
+        if not kept.any():
+            raise InputError(f"{path}: no reading of '{column}' lies within the controls", "data", column)
         if not QUANTITIES[channel.quantity].changes(moving):
-            column = log_files.HEADERS[channel.quantity]
             what = f"{path}: '{column}' does not change in the {subproblem} sub-problem"
             raise InputError(f"{what}; leave out its sensor and put the column under ignore", "conflict", column)
+    record = whole.of_readings(flown)
     initial = straight_and_level(vehicle)
     initial[log_files.STATES.index("u")] = rpm[0] / vehicle.rpm_per_mps
     for start, ((short, factor),) in ((name, entry.items()) for name, entry in INITIAL.items()):
@@ -140,17 +149,6 @@ def read_trial(
     others = {"subproblem": subproblem, "prescribed": tuple(followed), "commanded": commanded}
     manoeuvre = of_inputs(name or path.stem, times, inputs, rpm, initial, vehicle, **others)
     return Trial(manoeuvre, record, unknown, n_left_out=whole.n_readings - record.n_readings)
-
-
-def _within_window(log, window, path) -> dict[str, np.ndarray]:
-    """The rows of a log between two of its times."""
-    begin, end = window
-    rows = (log["time"] >= begin) & (log["time"] <= end)
-    if rows.sum() < 2:
-        first, last = log["time"][[0, -1]]
-        what = f"{path}: window_s [{begin:g}, {end:g}] holds {rows.sum()} rows of a log from {first:g} to {last:g} s"
-        raise InputError(f"{what}; give two of its times", "data", "window_s")
-    return {name: cells[rows] for name, cells in log.items()}
 
 
 def _prescribed(angle, record, subproblem, path) -> Prescribed:
@@ -192,24 +190,11 @@ def _controls(log, commanded, vehicle, path, max_gap):
             raise InputError(f"{what}; cut the log there, or {remedy}", "data", columns[name])
     times = np.unique(np.concatenate([times for times, _ in cells.values()]))
     times = times[(times >= begin) & (times <= end)]
-    joined = {name: (_held if name in commanded else np.interp)(times, *cell) for name, cell in cells.items()}
+    joined = {name: np.interp(times, *cell) for name, cell in cells.items()}
+    for since, values, name in ((*cells[name], name) for name in cells.keys() & commanded):  # which hold until the next
+        joined[name] = values[np.searchsorted(since, times, side="right") - 1]
     inputs = values_of_log(vehicle.actuators, joined, len(times), str(path))
     return begin, times - begin, inputs, vehicle.propeller_speed(joined, len(times))
-
-
-def _held(times, since, values):
-    """Values (n,) at times (n,) that hold from `since` (m,) on."""
-    return values[np.searchsorted(since, times, side="right") - 1]
-
-
-def _within(record, duration, path) -> Record:
-    """The record without readings before zero or after `duration`."""
-    flown = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]
-    for channel, kept in zip(record.channels, flown, strict=True):
-        if not kept.any():
-            column = log_files.HEADERS[channel.quantity]
-            raise InputError(f"{path}: no reading of '{column}' lies within the controls", "data", column)
-    return record.of_readings(flown)
 
 
 def _matters(state, record, nuisance) -> bool:

@@ -58,8 +58,7 @@ class TrialKeys(Section):
         "trust_log",
     )  # fmt: skip
 
-    @pydantic.model_validator(mode="after")
-    def _one_source(self):
+    def _check(self):
         given = [key for key in self.SOURCES if getattr(self, key) is not None]
         if len(given) != 1:
             text = f"give one of {', '.join(self.SOURCES)}; found {' and '.join(given) or 'none'}"
@@ -74,7 +73,6 @@ class TrialKeys(Section):
         if self.manoeuvre is None and has_truth:
             text = f"truth is what a simulated trial knows, and contradicts '{given[0]}'; leave it out"
             raise InputError(text, "conflict")
-        return self
 
     def build(
         self,
@@ -89,10 +87,16 @@ class TrialKeys(Section):
         path of a file that the study names. Raises InputError for a file that does not fit and for faults of
         instruments that read a log.
         """
-        if self.data is None:
-            return self._unflown(vehicle, sections, nuisance, path)
-        from bayesub.study.schema.trial_log import read_trial
+        from bayesub.model.manoeuvres import load_manoeuvre
+        from bayesub.study.schema.trial_log import Trial, read_trial
 
+        if self.data is None:
+            source = str(self.manoeuvre)
+            manoeuvre = load_manoeuvre(path(source), vehicle)
+            if source.lower().endswith(".csv"):  # which has no other name than its file's
+                manoeuvre = replace(manoeuvre, name=Path(source).stem)
+            record = unread([section.build() for section in sections], manoeuvre.duration)
+            return Trial(manoeuvre, record, {name: unfixed(name, one) for name, one in nuisance.items()})
         for k, section in enumerate(sections):
             for fault in (f"sensors.{k}.{key}" for key in FAULTS if getattr(section, key, None)):
                 what = f"{fault}: is of simulated readings, and contradicts 'data'; leave it out"
@@ -106,7 +110,7 @@ class TrialKeys(Section):
             vehicle,
             [replace(sensor, clock_offset_s=sensor.clock_offset_s + ahead) for sensor in built],
             name=Path(self.data).stem,
-            nuisance={name: known[name] if name in known else _prior(name, one) for name, one in nuisance.items()},
+            nuisance={name: known[name] if name in known else unfixed(name, one) for name, one in nuisance.items()},
             subproblem=self.subproblem,
             max_control_gap_s=self.max_control_gap_s,
             ignore=self.ignore or (),
@@ -114,17 +118,6 @@ class TrialKeys(Section):
             window_s=self.window_s,
         )
         return trial if self.interval_s is None else replace(trial, record=trial.record.thinned(self.interval_s))
-
-    def _unflown(self, vehicle, sections, nuisance, path) -> "Trial":
-        from bayesub.model.manoeuvres import load_manoeuvre
-        from bayesub.study.schema.trial_log import Trial
-
-        priors = {name: _prior(name, one) for name, one in nuisance.items()}
-        source = str(self.manoeuvre)
-        manoeuvre = load_manoeuvre(path(source), vehicle)
-        if source.lower().endswith(".csv"):  # which has no other name than its file's
-            manoeuvre = replace(manoeuvre, name=Path(source).stem)
-        return Trial(manoeuvre, unread([section.build() for section in sections], manoeuvre.duration), priors)
 
     def flown(
         self, trial: "Trial", vehicle: Vehicle, sections: Sequence[SensorSection], step: float, rng: np.random.Generator
@@ -159,13 +152,12 @@ class TrialSection(TrialKeys):
 
     PLURAL: ClassVar = "trials"
 
-    @pydantic.model_validator(mode="after")
-    def _not_of_the_body(self):
+    def _check(self):
+        super()._check()
         for name in self.nuisance:
             if name in BODY or name == PROPELLER:
                 text = f"nuisance '{name}' is of the body, the same in all {self.PLURAL}; give it in [nuisance]"
                 raise InputError(text, "conflict")
-        return self
 
 
 class InstrumentsFile(Section):
@@ -184,7 +176,8 @@ def read_instruments(name: str | Path) -> InstrumentsFile:
     return toml_files.read_toml(Path(name), InstrumentsFile)
 
 
-def _prior(name: str, section: PriorOfOne) -> Prior:
+def unfixed(name: str, section: PriorOfOne) -> Prior:
+    """The prior of a nuisance parameter; InputError for a value."""
     if section.value is not None:
         text = f"nuisance.{name}: is a fixed value, which is not inferred; give a prior or leave it out"
         raise InputError(text, "conflict", f"nuisance.{name}")

@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.model.equations import EquationSet
 from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
-from bayesub.report.plots.posterior import strong_block
+from bayesub.report.plots.trade_offs import strong_block
 
 MAX_COLUMNS = 3
 MAX_POINTS = 1500

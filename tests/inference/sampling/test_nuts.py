@@ -14,7 +14,7 @@ from bayesub.inference.sampling import nuts as module
 from bayesub.inference.sampling.moments import Moments
 from bayesub.inference.sampling.posterior import STANDARD
 from bayesub.problem.priors import Normal
-from bayesub.report.plots.convergence import draw_cross_check
+from bayesub.report.plots.checks import draw_cross_check
 
 
 def ensemble(problem, rng, n_steps=400):

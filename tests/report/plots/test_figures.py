@@ -18,15 +18,12 @@ from bayesub.model.coefficients import EQUATIONS
 from bayesub.model.equations import load_equations
 from bayesub.report.plots import (
     cards,
+    checks,
     coefficients,
-    convergence,
     corner,
-    fit,
-    ladders,
-    posterior,
-    prediction,
     style,
     track,
+    trade_offs,
 )
 from bayesub.sensors import Track, observe
 from calibration import plots as calibration
@@ -87,7 +84,7 @@ def draw_cross_check(path):
     size = (2, N)
     z = {"mean_z": np.ones(N), "sd_z": -np.ones(N), "correlation_z": np.zeros(N), "threshold": 3.9}
     check = SimpleNamespace(names=NAMES[:N], means=np.zeros(size), sds=np.ones(size), **z)
-    convergence.draw_cross_check(path, check)
+    checks.draw_cross_check(path, check)
 
 
 def draw_data_card(path):
@@ -109,11 +106,11 @@ def draw_data_card(path):
 def draw_fit(path):
     residuals = {"x": RNG.standard_normal((3, len(TIMES)))}
     check = SimpleNamespace(failed=False, n_readings=len(TIMES), correlations=np.full(8, 0.1))
-    fit.draw(path, SimpleNamespace(checks={"x": check}), residuals, {"x": TIMES})
+    checks.draw_criticism(path, SimpleNamespace(checks={"x": check}), residuals, {"x": TIMES})
 
 
 def draw_correlation(path):
-    posterior.draw_correlation(path, POSTERIOR.names, POSTERIOR.correlation, EQUATIONS)
+    trade_offs.draw_correlation(path, POSTERIOR.names, POSTERIOR.correlation, EQUATIONS)
 
 
 def draw_corner(path):
@@ -125,15 +122,15 @@ def draw_pairs(path):
 
 
 def draw_ladder(path):
-    ladders.draw_known(path, NAMES[:N], np.full(N, 0.5), np.array([1e-3, 0.1, 0.5]))
+    trade_offs.draw_known(path, NAMES[:N], np.full(N, 0.5), np.array([1e-3, 0.1, 0.5]))
 
 
 def draw_ladder_of_directions(path):
-    ladders.draw_directions(path, SPECTRUM, EQUATIONS, sds=np.full(len(NAMES), 0.5), found=[SQP])
+    trade_offs.draw_directions(path, SPECTRUM, EQUATIONS, sds=np.full(len(NAMES), 0.5), found=[SQP])
 
 
 def draw_spectrum(path):
-    ladders.draw_directions(path, SPECTRUM)
+    trade_offs.draw_directions(path, SPECTRUM)
 
 
 def draw_profile(path):
@@ -143,7 +140,7 @@ def draw_profile(path):
 
 
 def draw_ranks(path):
-    convergence.draw_ranks(path, POSTERIOR, EQUATIONS)
+    checks.draw_ranks(path, POSTERIOR, EQUATIONS)
 
 
 def draw_spectra(path):
@@ -223,12 +220,12 @@ def test_tracks(tmp_path, drawings, spiral_track):
     paths = [tmp_path / "figure.png", tmp_path / "figure.pdf"]
     after = np.repeat(readings[None], 4, axis=0)
     before = readings * RNG.uniform(0.5, 1.5, (20, 1))
-    prediction.draw_fan(paths, record.channels, before, after, (1.1 * states, states))
+    track.draw_fan(paths, record.channels, before, after, (1.1 * states, states))
     check(drawings, tmp_path, ("east (m)", "north (m)", "yaw (deg)", "time (s)"))
     drawings.clear()
     straight = states.copy()
     straight[..., 1] = 0.0
-    prediction.draw_fan(paths, record.channels, before, after, (straight, straight))
+    track.draw_fan(paths, record.channels, before, after, (straight, straight))
     check(drawings, tmp_path, ("north (m)", "depth (m)", "yaw (deg)", "time (s)"))
     drawings.clear()
     simulator = spiral_track.simulator
@@ -276,7 +273,7 @@ def test_a_palette_keeps_common_colours_and_gradients():
 def test_a_saved_figure_has_the_colours_of_its_colour_bar(tmp_path):
     """Of a map of correlations, every cell and every level of the bar keep their colour in the palette of the file."""
     values = np.linspace(-1.0, 1.0, len(NAMES) ** 2).reshape(len(NAMES), -1)
-    posterior.draw_correlation(tmp_path / "map.png", NAMES, values, EQUATIONS)
+    trade_offs.draw_correlation(tmp_path / "map.png", NAMES, values, EQUATIONS)
     picture = np.asarray(Image.open(tmp_path / "map.png").convert("RGB"))
     shown = np.unique(picture.reshape(-1, 3), axis=0).astype(int)
     levels = np.rint(255 * colormaps["RdBu_r"](np.linspace(0.0, 1.0, 256))[:, :3]).astype(int)

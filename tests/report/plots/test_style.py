@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayesub.report.plots import posterior, style
+from bayesub.report.plots import style, trade_offs
 
 
 @pytest.mark.parametrize(
@@ -17,8 +17,8 @@ def test_only_strong_correlations_are_drawn():
     correlation = np.eye(8)
     correlation[1, 5] = correlation[5, 1] = -0.4
     correlation[2, 3] = correlation[3, 2] = 0.29
-    names, block = posterior.strong_block(tuple("abcdefgh"), correlation)
+    names, block = trade_offs.strong_block(tuple("abcdefgh"), correlation)
     assert names == ["b", "f"]
     np.testing.assert_array_equal(block, [[1.0, -0.4], [-0.4, 1.0]])
-    assert len(posterior.strong_block(tuple("abcdefgh"), np.eye(8))[0]) == 8
-    assert len(posterior.strong_block(tuple("abc"), np.eye(3))[0]) == 3
+    assert len(trade_offs.strong_block(tuple("abcdefgh"), np.eye(8))[0]) == 8
+    assert len(trade_offs.strong_block(tuple("abc"), np.eye(3))[0]) == 3

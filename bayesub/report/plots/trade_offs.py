@@ -1,16 +1,18 @@
-"""Two ladders on a logarithmic axis: of coefficients if all others were known, and of directions from stiff to null."""
+"""Trade-offs: what is known if all others were, directions from stiff to null, and correlations of a posterior."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 
 from bayesub.inference.identifiability import Spectrum
 from bayesub.io.words import cell
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import Found, found_handles, labels
+from bayesub.report.plots.coefficients import Found, borders, found_handles, labels
 from bayesub.report.plots.style import Equations, Paths
 
 AXES = {"X": "#BFD9EA", "Y": "#FBD9A5", "Z": "#C9E8DD", "K": "#EAD3E0", "M": "#F5C9AE", "N": "#D9D9F3"}  # of bars
@@ -21,6 +23,11 @@ SMALL = 0.02  # share below which entries are drawn as one
 _ROW = 0.235  # inches
 _SIGNS = str.maketrans(dict.fromkeys("$\\{}_'"))  # of a formula
 _SPACE = "\u2007"  # as wide as a digit
+STRONG = 0.3  # correlation of what is drawn
+NUMBERS = 0.5  # correlation from which its number is written
+FEW = 6  # parameters that are all drawn
+MOST = 30  # parameters of one map
+_CELL, _BLOCK = 0.29, 3.3  # inches, of a map: a cell, and one of several maps with its names
 _FURTHEST = 10.0  # prior sds, beyond which solutions are at the edge
 
 
@@ -40,19 +47,13 @@ def draw_known(path: Paths, names: Sequence[str], posterior: np.ndarray, conditi
         known = "posterior if all others were known"
         axis.plot(conditional[rows], y, "D", ms=6, mew=0, color=style.WEAK, label=known)
         axis.set_xscale("log")
-        axis.set_yticks(y, [names[k] for k in rows])
-        axis.set_ylim(len(rows) - 0.4, -0.6)
-        axis.grid(axis="y", visible=False)
+        style.show_rows(axis, [names[k] for k in rows])
         axis.set_xlabel("standard deviation, in those of the prior")
-        words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{_multiple(gains[k])}" for k in rows]
+        rests = gains[rows] ** -2.0  # one less the square of the multiple correlation
+        squares = [f"{1.0 - x:.2f}" if x > 0.0095 else rf"$1-{style.power(x).strip('$')}$" for x in rests]
+        words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{square}" for k, square in zip(rows, squares, strict=True)]
         style.write_beside(axis, y, words, "gain        $R^2$")
         style.legend_above(figure, axis.get_legend_handles_labels()[0])
-
-
-def _multiple(gain: float) -> str:
-    """Square of the multiple correlation with all others."""
-    rest = gain**-2.0
-    return f"{1.0 - rest:.2f}" if rest > 0.0095 else rf"$1-{style.power(rest).strip('$')}$"
 
 
 def draw_directions(
@@ -89,9 +90,7 @@ def draw_directions(
         left.axvline(1.0, color=style.TRUTH, lw=0.8)
         left.set_xscale("log")
         left.set_xlim(right=1.3 * _FURTHEST if found else 2.0)
-        left.set_ylim(len(chosen) - 0.4, -0.6)
-        left.set_yticks(y, [f"{k + 1}" for k in chosen])
-        left.grid(axis="y", visible=False)
+        style.show_rows(left, [f"{k + 1}" for k in chosen])
         left.set_xlabel(f"posterior sd{', distance of solutions' * bool(found)}, in prior sds")
         left.set_ylabel("direction" if n <= ROWS else f"direction; {n - len(chosen)} between are left out")
         axes = ["other"] * n
@@ -137,3 +136,68 @@ def _draw_composition(axis: Axes, directions: np.ndarray, names: Sequence[str], 
     axis.set_xticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
     axis.set_xlabel("made of (share of the squared length, in prior sds)")
     axis.grid(visible=False)
+
+
+def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[str], np.ndarray]:
+    """The parameters with a correlation of STRONG and more, and their matrix (n, n); all of a few."""
+    beside = np.abs(correlation - np.diag(np.diag(correlation)))
+    members = np.flatnonzero(beside.max(axis=0) >= STRONG)
+    if len(names) <= FEW or len(members) < 2:
+        members = np.arange(len(names))
+    return [names[k] for k in members.tolist()], correlation[np.ix_(members, members)]
+
+
+def clustered(names: Sequence[str], correlation: np.ndarray, equations: Equations) -> list[np.ndarray]:
+    """Positions of the parameters of each axis, and of others, those that are correlated beside each other."""
+    from scipy.cluster import hierarchy
+
+    groups = np.split(np.arange(len(names)), borders(names, equations))
+    for k, group in enumerate(groups):
+        if len(group) > 2:
+            apart = 1.0 - np.minimum(np.abs(correlation[np.ix_(group, group)]), 1.0)[np.triu_indices(len(group), 1)]
+            groups[k] = group[hierarchy.leaves_list(hierarchy.linkage(apart, "average", optimal_ordering=True))]
+    return groups
+
+
+def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray, equations: Equations) -> None:
+    """Heat map of the correlations (n, n) of parameters that have strong ones; `equations` are the coefficients'.
+
+    Of many parameters the whole has axes for names, and a block an axis beside it.
+    """
+    names, correlation = strong_block(names, correlation)
+    groups = clustered(names, correlation, equations)
+    whole, blocks = np.concatenate(groups), [group for group in groups if len(group) > 1]
+    shown = [whole, *blocks] if len(names) > MOST else [whole]
+    rows = 2 if len(shown) > 1 else 1
+    columns = -(-len(shown) // rows)
+    size = _BLOCK if rows > 1 else max(3.6, _CELL * len(names) + 0.9)
+    with style.figure(path, size * columns + 1.2, size * rows) as figure:
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for panel, members in zip(panels, shown, strict=False):
+            some = [names[k] for k in members]
+            image = _draw_map(panel, some, correlation[np.ix_(members, members)], equations)
+        for panel in panels[len(shown) :]:
+            panel.set_visible(False)
+        figure.colorbar(image, ax=[*panels], shrink=0.6, pad=0.02, label="posterior correlation")
+
+
+def _draw_map(axis, names, correlation, equations) -> AxesImage:
+    """One map, with numbers where a correlation is large; of many parameters with axes in place of names."""
+    n, ends = len(names), [0, *borders(names, equations), len(names)]
+    axis.grid(visible=False)
+    axis.spines[:].set_visible(False)
+    for k in ends[1:-1]:
+        axis.axhline(k - 0.5, color=style.TRUTH, lw=0.6)
+        axis.axvline(k - 0.5, color=style.TRUTH, lw=0.6)
+    places, words = np.arange(n), labels(names, equations)
+    if n > MOST:
+        places = np.array([0.5 * (a + b - 1) for a, b in pairwise(ends)])
+        words = [equations.term(names[k]).axis if names[k] in equations.index else "" for k in ends[:-1]]
+    axis.set_xticks(places, words, rotation=90, fontsize=style.NAMES)
+    axis.set_yticks(places, words, fontsize=style.NAMES)
+    for row, column in np.argwhere((np.abs(correlation) >= NUMBERS) & ~np.eye(n, dtype=bool) & (n <= MOST)):
+        rho = correlation[row, column]
+        look = {"ha": "center", "va": "center", "fontsize": 6.5, "color": style.on_colour(rho)}
+        axis.text(column, row, f"{rho:.2f}".replace("0.", ".").replace("-", "\u2212"), look)
+    others = np.where(np.eye(n, dtype=bool), np.nan, correlation)
+    return axis.imshow(others, cmap=style.CORRELATION, vmin=-1, vmax=1)

@@ -1,6 +1,7 @@
-"""The command `manual`: the pages of the manual at the terminal."""
+"""The commands to learn from: `manual`, its pages at the terminal, `list`, what is built in, and `completion`."""
 
 import io
+import json
 import re
 import sys
 import unicodedata
@@ -9,9 +10,11 @@ from importlib import resources
 from pathlib import Path
 
 import click
+from click import shell_completion
 
-from bayesub.io.errors import check_known
-from bayesub.io.terminal import aligned
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError, check_known
+from bayesub.io.terminal import aligned, say, say_rows
 
 FOLDER = Path(str(resources.files("bayesub"))) / "manual"
 KINDS = {
@@ -20,6 +23,7 @@ KINDS = {
     "reference": "Reference: what there is, complete",
     "explanation": "Explanation: why it is so",
 }
+LISTED = ("equations", "vehicles", "manoeuvres", "logs", "studies")
 WIDTH = 100
 
 _HEAD = re.compile(r"^(?:<!--|%) *(\w+): *(.+?) *(?:-->)?$")
@@ -152,3 +156,89 @@ def _sign(command: re.Match[str]) -> str:
         return (_SIGNS.get(name) or unicodedata.lookup(f"GREEK {case} LETTER {name.upper()}")) + space
     except KeyError:  # a function
         return f"{name} "
+
+
+def _kinds(_ctx, _param, incomplete: str) -> list[str]:
+    return [kind for kind in LISTED if kind.startswith(incomplete)]
+
+
+@click.command("list", epilog="Example: bayesub list vehicles")
+@click.argument("what", default="", metavar="[equations|vehicles|manoeuvres|logs|studies]", shell_complete=_kinds)
+@click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
+def list_(what: str, as_json: bool) -> None:
+    """List what is built in, the studies of the folder `studies`, and which of their runs in `figures` are current."""
+    if what:
+        check_known(what, LISTED, f"cannot list '{what}'", hint=f"expected {', '.join(LISTED)}")
+    listings, kinds = {"equations": _equations, "logs": _logs}, [what] if what else LISTED
+    entries = {k: listings[k]() if k in listings else _built_in(k) for k in kinds if k != "studies"}
+    entries |= _studies_and_runs() if "studies" in kinds else {}
+    if as_json:
+        click.echo(json.dumps(entries, indent=2))
+        return
+    for n, (kind, texts) in enumerate(entries.items()):
+        say("\n" * (n > 0) + kind.capitalize())
+        say_rows(texts.items())
+
+
+def _built_in(kind: str) -> dict[str, str]:
+    """Name -> description of what is built in."""
+    files = toml_files.built_in(kind)
+    return {name: toml_files.read_toml_table(path).get("description", "") for name, path in files.items()}
+
+
+def _equations() -> dict[str, str]:
+    """Name -> what each built-in equation set has, and its title."""
+    from bayesub.model.equations import load_equations
+
+    texts = {}
+    for name in toml_files.built_in("equations"):
+        equations = load_equations(name)
+        controls = ", ".join(control.column for control in equations.controls) or "no controls"
+        freedom = f"{equations.degrees_of_freedom} degrees of freedom"
+        texts[name] = f"{len(equations.terms)} terms, {freedom}, {controls}: {equations.title}"
+    return texts
+
+
+def _logs() -> dict[str, str]:
+    """Name -> title of each built-in log."""
+    folders = toml_files.built_in("logs")
+    return {name: toml_files.read_line(folder / "README.md").removeprefix("# ") for name, folder in folders.items()}
+
+
+def _studies_and_runs() -> dict[str, dict[str, str]]:
+    """File -> question of the studies in the folder `studies`; folder -> state of their runs in `figures`.
+
+    Of a study that cannot be read it is why not; a run is ``current``, or ``stale`` and why.
+    """
+    from bayesub.study.run import runs
+
+    studies = runs.study_files(Path("studies"))
+    questions, by_stem = {str(path): _question(path) for path in studies}, {path.stem: path for path in studies}
+    folders = [file.parent for file in sorted(Path("figures").glob("*/config.toml"))]
+    flaws = {str(folder): "; ".join(runs.flaws(folder, by_stem.get(folder.name)).values()) for folder in folders}
+    states = {folder: f"stale: {why}" if why else "current" for folder, why in flaws.items()}
+    return {"studies": questions} | ({"runs": states} if states else {})
+
+
+def _question(path: Path) -> str:
+    from bayesub.study.run import script
+
+    try:
+        if path.suffix == ".py":
+            return script.question(path)
+        return str(toml_files.read_toml_table(path).get("question", ""))
+    except InputError as error:
+        return f"cannot be read: {str(error).removeprefix(f'{path}: ')}"
+
+
+@click.command(epilog="Example: bayesub completion bash >> ~/.bashrc")
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.pass_context
+def completion(context: click.Context, shell: str) -> None:
+    """Print what makes a SHELL complete commands, options, files and the names of what is built in.
+
+    For bash and zsh append it to ~/.bashrc or ~/.zshrc, for fish write it to ~/.config/fish/completions/bayesub.fish.
+    """
+    make = shell_completion.get_completion_class(shell)
+    assert make is not None  # the shells of the argument are those that click knows
+    click.echo(make(context.find_root().command, {}, "bayesub", "_BAYESUB_COMPLETE").source())
