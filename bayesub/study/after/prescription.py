@@ -1,23 +1,19 @@
 """What to measure or fly next, by the posterior of a run in a folder: its prescription, and a manoeuvre besides."""
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from bayesub.design.information import Goal
 from bayesub.design.knowledge import KnownBefore
 from bayesub.design.limits import N_DRAWS, Range, load_limits, usual_limits
-from bayesub.design.plan import Plan, best, families
-from bayesub.design.prescription import Prescription
+from bayesub.design.plan import families
+from bayesub.design.prescription import Prescription, with_manoeuvre
 from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.study.after.finished_run import finished_run
 from bayesub.study.run.prescribed import prescription
-
-N_JUDGED = 120  # manoeuvres of each family, of the search
 
 
 def prescribe(
@@ -50,10 +46,4 @@ def prescribe(
         return found, None
     sets = KnownBefore.by(run.posterior, vehicle).sets(judge.vehicle, N_DRAWS, np.random.default_rng(seed))
     flights = Range(judge.vehicle, within, sets, plane, judge.step_s)
-    with TemporaryDirectory() as costs:
-        goal: Goal = found.goal
-        plan = Plan(judge, flights, kinds, goal, 1, seed, Path(costs))
-        *_, (_, searches) = plan.stages((N_JUDGED, 0), progress)
-    kind = best(searches)
-    (manoeuvre,) = plan.cost(kind).manoeuvres(searches[kind].numbers)
-    return found.with_ways({f"another manoeuvre ({kind})": judge.information(manoeuvre)[0]}), manoeuvre
+    return with_manoeuvre(found, kinds, flights, seed, progress)
