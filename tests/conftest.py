@@ -3,6 +3,7 @@
 import os
 import sys
 import tomllib
+import zlib
 
 # Before NumPy and numba are loaded: threads of several test processes wait for one another in busy loops, which made
 # tests of small matrices take up to ten times as long. Processes that tests start inherit it.
@@ -21,8 +22,19 @@ from bayesub.io import toml_files
 
 
 def pytest_addoption(parser):
-    """The option by which the sentences of refusals are written again."""
+    """Options: to write the sentences of refusals again, and to run a third of the tests."""
     parser.addoption("--sentences", action="store_true", help="write tests/sentences.json again; with -n 0")
+    parser.addoption(
+        "--part", type=int, choices=(0, 1, 2), help="only a third of the files, by their names, as CI does"
+    )
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out the files of other days."""
+    if (part := config.getoption("part")) is not None:
+        parts = {item: zlib.crc32(item.path.name.encode()) % 3 for item in items}
+        config.hook.pytest_deselected(items=[item for item in items if parts[item] != part])
+        items[:] = [item for item in items if parts[item] == part]
 
 
 def pytest_configure(config):
