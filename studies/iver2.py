@@ -8,7 +8,7 @@ degrees. With the fins' zero inferred it is followed within 35, in bands that ar
 varies besides, the errors of all four parts are as large as the posterior says, some 30 degrees to either side after
 two minutes, more than half of which is the fins' zero. An autopilot answers that moment with the rudder: four in five
 logs of missions show it, and none of a run by hand.
-Cost: half an hour, most of it for the posterior. The logs are not ours to give: the environment variable BAYESUB_IVER2
+Cost: an hour, most of it for the posterior. The logs are not ours to give: the environment variable BAYESUB_IVER2
 names a clone of gregorymurad/marineRobotics, or its folder Logs; without it the study is skipped, and with --quick too.
 """
 
@@ -44,7 +44,7 @@ WITHOUT = {
     "slow errors of the sensors": ("disturbance",),
 }
 ALL = "yaw moment that varies"
-N_DRAWS, MAX_STEPS, SEED = 400, 2500, 1
+N_DRAWS, MAX_STEPS, SEED = 400, 12_000, 1
 FIGURES = {
     "headings": "Headings that were not fitted: measured (dots), posterior mean and 90 % band. Grey: the first 20 s, "
     "which say start, current and compass zero.",

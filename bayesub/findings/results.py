@@ -7,7 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.findings import derived, designed_trial, disturbances, remedies, run_numbers, set_up, unseen, verdicts
+from bayesub.findings import (
+    derived,
+    designed_trial,
+    disturbances,
+    known_sums,
+    remedies,
+    run_numbers,
+    set_up,
+    unseen,
+    verdicts,
+)
 from bayesub.findings.glance import glance
 from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.unseen import TrialPrediction
@@ -21,7 +31,7 @@ from bayesub.io import seeds
 from bayesub.model.quantities import Quantity
 from bayesub.problem.distributions import Prior
 
-PREDICTIVE_DRAWS = 100
+PREDICTIVE_DRAWS, PRIOR_DRAWS = 100, 2000
 
 
 @dataclass(frozen=True)
@@ -104,6 +114,15 @@ class Results:
         return self.prior.sample(self._random(seeds.PRIOR_MOTIONS), PREDICTIVE_DRAWS)
 
     @cached_property
+    def known_sums(self) -> list[dict]:
+        """The weighted sums of coefficients that are known to one per cent."""
+        n, equations = self.problem.n_coefficients, self.problem.equations
+        names = self.summary.names[:n]
+        before = self.prior_of_others.sample(self._random(seeds.PRIOR_SUMS), PRIOR_DRAWS)[:, :n]
+        axes = [equations.term(name).axis for name in names]
+        return known_sums.known_sums(names, axes, self.summary.draws[:, :n], np.atleast_2d(np.cov(before.T)))
+
+    @cached_property
     def forces(self) -> list[disturbances.InferredForces]:
         """Histories of unmodelled forces, of each trial that has them."""
         return list(disturbances.inferred_forces(self.problem, self.posterior.draws))
@@ -167,6 +186,8 @@ def numbers_of(results: Results) -> dict:
         numbers["verdict"]["lines_to_add"] = remedies.lines_to_add(reasons[0], results.problem)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
+    numbers["known_sums"] = results.known_sums
+    numbers["verdict"]["known_sums"] = known_sums.sentence(results.known_sums)
     numbers["prescription"] = results.prescription
     if results.prescription:
         numbers["verdict"]["next"] = designed_trial.next_sentence(results.prescription)

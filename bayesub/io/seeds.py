@@ -21,6 +21,7 @@ PRIOR_MOTIONS = 1  # draws of the prior beside them
 DERIVED = 2  # boats of prior and posterior whose quantities are taken
 RESIDUALS = 3  # where a rounded reading was
 JUMPS = 4  # draws at which a larger step is tried
+PRIOR_SUMS = 5  # draws of the prior by which it is judged what it knew of sums of coefficients
 
 
 def generator(seed: int, stream: int, *members: int) -> np.random.Generator:

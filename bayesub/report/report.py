@@ -135,7 +135,7 @@ def markdown_page(
     shortcomings = "; ".join(convergence["shortcomings"])
     converged = "Converged." if convergence["converged"] else f"NOT CONVERGED: {shortcomings}."
     topics = "jumps prediction derived steps conflict contradiction rests_on guess disturbance prior directions null "
-    topics += "others_known trade_offs normality sqp next"
+    topics += "others_known known_sums trade_offs normality sqp next"
     word, vehicle = reference_word(numbers), markdown(numbers["vehicle"])
     wanted = ("mean ± sd", word, "prior mean ± sd", "sd, all others known")
     shown = [column for column in columns(numbers, word) if column.head.partition(" ×")[0] in wanted]

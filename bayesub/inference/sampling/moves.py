@@ -87,8 +87,8 @@ class SurrogateTransition(emcee.moves.Move):
     moves whose shares vary (Green 1995, section 3).
 
     The `density` is log S (n,) of coords (n, n_params). One of the long walks is taken at each step. Where S is right,
-    d = log p - log S is at the `level`. Who moved is told by the first `n_judged` coordinates: a walk may end where it
-    began, and histories are drawn anew all the same.
+    d = log p - log S is at the `level`. The first `n_judged` coordinates say who moved: a walk may end where it began,
+    and histories are drawn anew all the same.
     """
 
     def __init__(

@@ -1,0 +1,75 @@
+"""Weighted sums that data fix: those of the closed form, held by their intervals, and none that a prior knew."""
+
+import numpy as np
+import pytest
+
+from bayesub.findings.known_sums import KNOWN, known_sums, sentence
+
+NAMES, AXES = ("Yuv", "Yur", "Nuv", "Nur"), ("Y", "Y", "N", "N")
+MEAN = np.array([-0.03, 0.006, -0.013, -0.004])
+PRIOR = np.diag((0.25 * MEAN) ** 2)
+
+
+def posterior(rows, sd, truth, rng):
+    """Mean and covariance of coefficients after readings (n,) of sums (n, 4) of them with an sd, in closed form."""
+    precision = np.linalg.inv(PRIOR) + rows.T @ rows / sd**2
+    readings = rows @ truth + sd * rng.standard_normal(len(rows))
+    covariance = np.linalg.inv(precision)
+    return covariance @ (np.linalg.solve(PRIOR, MEAN) + rows.T @ readings / sd**2), covariance
+
+
+def draws_of(mean, covariance, rng, n=4000):
+    return rng.multivariate_normal(mean, covariance, n, method="cholesky")
+
+
+def test_the_sum_that_is_measured_is_found(rng):
+    """Yuv - 3 Yur and the moment Nuv alone, each to half a per cent; nothing else."""
+    rows = np.array([[1.0, -3.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
+    scales = np.abs(rows @ MEAN)
+    mean, covariance = posterior(rows / scales[:, None], 0.005, MEAN, rng)
+    first, second = known_sums(NAMES, AXES, draws_of(mean, covariance, rng), PRIOR)
+    assert first["weights"] == {"Yuv": 1.0, "Yur": -3.0}
+    assert first["formula"] == "Yuv - 3 Yur"
+    assert second["weights"] == {"Nuv": 1.0}
+    assert (first["axis"], second["axis"]) == ("Y", "N")
+    for row in (first, second):
+        assert row["relative_sd"] == pytest.approx(0.005, rel=0.1)
+        assert row["q5"] < row["mean"] < row["q95"]
+    assert "Yuv - 3 Yur to 0.5 %" in sentence([first, second])
+    assert sentence([second]) == ""
+
+
+def test_no_other_sum_is_known_better():
+    """The weights C^-1 m against random ones."""
+    rng = np.random.default_rng(5)
+    mean, covariance = posterior(rng.standard_normal((3, 4)) / np.abs(MEAN), 0.002, MEAN, rng)
+    draws = draws_of(mean, covariance, rng)
+    (best, *_) = sorted(known_sums(NAMES, ("Y",) * 4, draws, PRIOR), key=lambda row: row["relative_sd"])
+    members = [NAMES.index(name) for name in best["weights"]]
+    others = draws[:, members] @ rng.standard_normal((len(members), 2000))
+    assert (others.std(axis=0) / np.abs(others.mean(axis=0))).min() > 0.99 * best["relative_sd"] / 1.2
+
+
+def test_intervals_hold_the_truth_in_nine_of_ten_of_two_hundred_trials():
+    """Of sums that are chosen by the draws themselves, boats from the prior."""
+    rng, held = np.random.default_rng(11), []
+    for _ in range(200):
+        truth = MEAN + np.linalg.cholesky(PRIOR) @ rng.standard_normal(4)
+        rows = np.array([[1.0, -2.0, 0.0, 0.0], [0.3, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 2.0], [0.0, 0.0, 1.0, 2.1]])
+        mean, covariance = posterior(rows / np.abs(rows @ MEAN)[:, None], 0.006, truth, rng)
+        for row in known_sums(NAMES, AXES, draws_of(mean, covariance, rng), PRIOR):
+            value = sum(weight * truth[NAMES.index(name)] for name, weight in row["weights"].items())
+            held.append(row["q5"] <= value <= row["q95"])
+    assert len(held) > 300
+    assert abs(np.mean(held) - 0.9) < 3.0 * np.sqrt(0.09 / len(held))
+
+
+def test_what_the_prior_knew_or_the_sums_before_imply_is_left_out(rng):
+    """Negative control: the posterior as the prior knows nothing new; two coefficients known are no sum besides."""
+    rows = np.array([[1.0, -3.0, 0.0, 0.0]]) / abs(MEAN[0] - 3.0 * MEAN[1])
+    mean, covariance = posterior(rows, 0.005, MEAN, rng)
+    draws = draws_of(mean, covariance, rng)
+    assert len(known_sums(NAMES, AXES, draws, PRIOR)) == 1
+    assert known_sums(NAMES, AXES, draws, covariance) == []
+    both = posterior(np.diag(1.0 / MEAN), 0.5 * KNOWN, MEAN, rng)
+    assert all(len(row["weights"]) == 1 for row in known_sums(NAMES, AXES, draws_of(*both, rng), PRIOR))
