@@ -188,8 +188,8 @@ def written(kind: str, boat: Boat, source: str, manoeuvres: Sequence[Manoeuvre] 
     def numbers(values: Any, between: str = " ") -> str:  # nine digits, and no negative zero
         return between.join(f"{value + 0.0:.9g}" for value in np.ravel(values))
 
-    def xml(text: str) -> str:  # also inside a comment, which has no two hyphens
-        return re.sub("-(?=-)", "- ", html.escape(printable(text)))
+    def xml(text: str) -> str:  # also inside a comment, which has no two hyphens, and between double quotes
+        return re.sub("-(?=-)", "- ", html.escape(printable(text)).replace("&#x27;", "'"))
 
     head = [f"{boat.vehicle.name}, {source}, bayesub {metadata.version('bayesub')}"]
     head.append(f"Equations '{boat.equations.name}' of bayesub; axes of SNAME, angles in rad, SI units.")

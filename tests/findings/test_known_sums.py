@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+import bayesub as bs
 from bayesub.findings.known_sums import KNOWN, known_sums, sentence
+from bayesub.findings.run_numbers import null_changes
+from bayesub.inference.baselines import gauss_newton
+from bayesub.inference.identifiability import null_space
 
 NAMES, AXES = ("Yuv", "Yur", "Nuv", "Nur"), ("Y", "Y", "N", "N")
 MEAN = np.array([-0.03, 0.006, -0.013, -0.004])
@@ -73,3 +77,24 @@ def test_what_the_prior_knew_or_the_sums_before_imply_is_left_out(rng):
     assert known_sums(NAMES, AXES, draws, covariance) == []
     both = posterior(np.diag(1.0 / MEAN), 0.5 * KNOWN, MEAN, rng)
     assert all(len(row["weights"]) == 1 for row in known_sums(NAMES, AXES, draws_of(*both, rng), PRIOR))
+
+
+def test_no_sum_changes_along_what_the_equations_leave_open():
+    """On the horizontal plane null directions follow from the linear form alone: half of a coefficient moves no sum."""
+    boat = bs.load_vehicle("suboff")
+    spiral = bs.load_manoeuvre("horizontal", boat)
+    rng = np.random.default_rng(3)
+    record = bs.observe(bs.simulate(boat, spiral, dt=0.05), bs.sensors.Track(0.5, 0.1, channels=("x", "y", "yaw")), rng)
+    problem = bs.Problem(boat, spiral, record, free="horizontal", prior=bs.priors.relative_normal(0.25), dt=0.5)
+    mode = gauss_newton(problem)
+    draws = rng.multivariate_normal(mode.values, mode.covariance, 4000, method="cholesky")
+    axes = [boat.equations.term(name).axis for name in problem.names]
+    sums = known_sums(problem.names, axes, draws, np.diag(problem.prior.sd**2))
+    assert any(len(row["weights"]) > 1 for row in sums)
+    null = null_changes(null_space(problem, mode.values), dict(zip(problem.names, mode.values, strict=True)))
+    assert len(null) == 3
+    values = dict(zip(problem.names, mode.values, strict=True))
+    for row in sums:
+        for direction in null:
+            change = sum(w * values[n] * direction["changes"].get(n, 0.0) for n, w in row["weights"].items())
+            assert abs(change / row["mean"]) < 0.05

@@ -1,5 +1,6 @@
 """The work of a study in TOML: baselines, sampling, cross-check, predictions, report."""
 
+import contextlib
 import json
 import os
 import re
@@ -255,7 +256,9 @@ def conclude(
     spectrum = identifiability.fisher(setup.problem, posterior.best, draws=posterior.draws)
     taken = seconds.get("all before the report", sum(seconds.values()))
     made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
-    following = prescription(setup, posterior).to_json() if posterior.converged else {}
+    following = {}
+    with contextlib.suppress(InputError):  # a trial of which nothing is asked that has a value
+        following = prescription(setup, posterior).to_json() if posterior.converged else {}
     kept: dict[str, list[list[float]]] = {quantity.name: [] for quantity in setup.quantities}
     numbers = write_report(
         folder,
