@@ -147,7 +147,8 @@ def asked_by_name(name: str, judge: Judge, others: Sequence[str] = ()) -> Asked:
     if name not in quantities.QUANTITIES:
         valid = (*others, *judge.names, *quantities.QUANTITIES)
         hint = f"quantities are {', '.join(quantities.QUANTITIES)}"
-        check_known(name, valid, f"--for {name}: is no criterion, coefficient or quantity", hint=hint, key="--for")
+        kinds = "criterion, coefficient or quantity" if others else "coefficient or quantity"
+        check_known(name, valid, f"--for {name}: is no {kinds}", hint=hint, key="--for")
     quantity = quantities.QUANTITIES[name]
     if reason := quantity.reason(vehicle):
         raise InputError(f"--for {name}: {vehicle.name} has none: {reason}", "conflict", "--for")

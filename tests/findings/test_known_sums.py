@@ -8,6 +8,7 @@ from bayesub.findings.known_sums import KNOWN, known_sums, sentence
 from bayesub.findings.run_numbers import null_changes
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.identifiability import null_space
+from bayesub.model.coefficients import HORIZONTAL
 
 NAMES, AXES = ("Yuv", "Yur", "Nuv", "Nur"), ("Y", "Y", "N", "N")
 MEAN = np.array([-0.03, 0.006, -0.013, -0.004])
@@ -85,7 +86,7 @@ def test_no_sum_changes_along_what_the_equations_leave_open():
     spiral = bs.load_manoeuvre("horizontal", boat)
     rng = np.random.default_rng(3)
     record = bs.observe(bs.simulate(boat, spiral, dt=0.05), bs.sensors.Track(0.5, 0.1, channels=("x", "y", "yaw")), rng)
-    problem = bs.Problem(boat, spiral, record, free="horizontal", prior=bs.priors.relative_normal(0.25), dt=0.5)
+    problem = bs.Problem(boat, spiral, record, free=HORIZONTAL, prior=bs.priors.relative_normal(0.25), dt=0.5)
     mode = gauss_newton(problem)
     draws = rng.multivariate_normal(mode.values, mode.covariance, 4000, method="cholesky")
     axes = [boat.equations.term(name).axis for name in problem.names]
