@@ -138,7 +138,8 @@ class Sensed:
         for xi in judge.sets:
             parameters = problem.prior.mean.copy()
             parameters[: problem.n_coefficients] = xi[judge.columns[self._places]]
-            self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
+            with np.errstate(invalid="ignore"):  # what an unknown noise learns of itself takes readings
+                self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
 
     def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
         """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""

@@ -240,3 +240,12 @@ def test_noise_models_that_weigh_by_readings_weigh_as_the_normal_noise_they_amou
     coarse = tuple(replace(s, resolution=s.sd) if s is channels["yaw"] else s for s in SENSORS)
     (channel,) = judge_of(boat, coarse).information(manoeuvre)
     assert rounded.posterior_sd == pytest.approx(channel.posterior_sd, rel=1e-9)
+
+
+def test_an_unknown_parameter_of_a_noise_model_learns_nothing_without_readings(boat, manoeuvre):
+    """Degrees of freedom that are inferred change nothing of what is expected of coefficients; nothing warns."""
+    dof = bs.priors.log_normal(4.0, 0.5)
+    noise = {"yaw": bs.likelihoods.StudentT(sd=np.radians(0.1), dof=dof.mean.item())}
+    (held,) = judge_of(boat, noise=noise).information(manoeuvre)
+    (inferred,) = judge_of(boat, noise=noise, nuisance={"dof_yaw": dof}).information(manoeuvre)
+    np.testing.assert_allclose(inferred.gram, held.gram, rtol=1e-9)
