@@ -17,8 +17,8 @@ import bayesub as bs
 from bayesub.design.judge import Judge
 from bayesub.design.knowledge import KnownBefore
 from bayesub.design.limits import N_DRAWS, Range, usual_limits
-from bayesub.design.plan import families
-from bayesub.design.prescription import AGAIN, TANK_SD, further_instruments, prescribe, with_manoeuvre
+from bayesub.design.plan import families, with_manoeuvre
+from bayesub.design.prescription import AGAIN, TANK_SD, further_instruments, prescribe
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem import priors
 from bayesub.report import markdown

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from bayesub.design.families import KINDS, RPM, Family, controls
 from bayesub.design.information import Goal
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
+from bayesub.design.prescription import Prescription
 from bayesub.design.search import Cost, Found, search
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress
@@ -30,6 +32,7 @@ AMPLITUDES = (0.1, 0.3, 1.0)  # shares of the range of the controls, of manoeuvr
 SAME = 1e-3  # relative change of an expected sd below which the readings say nothing
 _TIMED = 4  # judgements, of each process, by which the pace is measured
 _LEAST = 120  # judgements of a family: its starts and some generations
+N_JUDGED = _LEAST  # of a short search
 REFINED = "refined"  # curves that begin as the best manoeuvre of any family
 _KNOTS, _SIGMA = 60, 0.1  # of the refined
 _SHARE = 0.25  # of the judgements after the first answer, for the best family
@@ -196,3 +199,15 @@ class Plan:
 def best(answers: dict[str, Found]) -> str:
     """The family with the least cost."""
     return min(answers, key=lambda kind: answers[kind].cost)
+
+
+def with_manoeuvre(
+    found: Prescription, kinds: dict[str, Family], flights: Range, seed: int, progress: Progress = SILENT
+) -> tuple[Prescription, Manoeuvre]:
+    """The same with the best of a short search in families of manoeuvres within limits, and that manoeuvre."""
+    with TemporaryDirectory() as costs:
+        plan = Plan(found.judge, flights, kinds, found.goal, 1, seed, Path(costs))
+        *_, (_, searches) = plan.stages((N_JUDGED, 0), progress)
+    kind = best(searches)
+    (manoeuvre,) = plan.cost(kind).manoeuvres(searches[kind].numbers)
+    return found.with_ways({f"another manoeuvre ({kind})": found.judge.information(manoeuvre)[0]}), manoeuvre

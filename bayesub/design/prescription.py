@@ -1,27 +1,21 @@
 """What to measure or fly next, to know better what is asked for.
 
 The posterior of a run is the prior of what comes next, and each way is judged by exact Jacobians at its mean, in the
-normal approximation: the last trial again, as it was or with one more instrument, a coefficient from a towing tank, and
-another manoeuvre, which takes a search.
+normal approximation: the last trial again, as it was or with one more instrument, and a coefficient from a towing tank.
+Another manoeuvre takes a search (:func:`bayesub.design.plan.with_manoeuvre`).
 All errors of a further trial count as independent of those of the run.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from bayesub.design.families import Family
 from bayesub.design.information import Information, Sharpest
 from bayesub.design.judge import Judge
-from bayesub.design.limits import Range
-from bayesub.design.plan import Plan, best
 from bayesub.design.worth import further_sensors
 from bayesub.io.errors import InputError, check_known
-from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs.log_files import STATES
 from bayesub.model import quantities
 from bayesub.model.manoeuvres import Manoeuvre
@@ -30,7 +24,6 @@ from bayesub.sensors import DVL, INS, Track, flat
 from bayesub.sensors.sensor import QUANTITIES, Sensor
 
 N_ASKED = 5  # coefficients, if none are named: those that the trial again would see most of
-N_JUDGED = 120  # manoeuvres of each family, of a short search
 TANK_SD = 0.05  # relative sd of a value from a towing tank
 AGAIN = "the last trial again"
 EXACT = 1e-4  # relative sd of a quantity, before any trial, below which it depends on nothing that is unknown
@@ -96,11 +89,11 @@ def prescribe(
 ) -> Prescription:
     """What a repetition of a trial, an instrument and a tank value would do for the names that are `wanted`.
 
-    By default these are the quantities in `derived` that the boat has and the readings depend on, or else five
-    coefficients. InputError for a name that is not known.
+    By default these are the quantities in `derived` that the boat has and that depend on what is inferred, or else the
+    five coefficients that the trial again would see most of. InputError for a name that is not known.
     """
     (again,), empty = judge.information(manoeuvre), judge.empty()
-    asked = [asked_by_name(name, judge) for name in wanted]
+    asked = [asked_by_name(name, judge) for name in dict.fromkeys(wanted)]
     for name in () if wanted else derived:
         try:
             asked.append(asked_by_name(name, judge))
@@ -121,18 +114,6 @@ def prescribe(
             way = min(ways, key=lambda way: found.goal(ways[way]))
             found = found.with_ways({way: ways[way]})
     return found
-
-
-def with_manoeuvre(
-    found: Prescription, kinds: dict[str, Family], flights: Range, seed: int, progress: Progress = SILENT
-) -> tuple[Prescription, Manoeuvre]:
-    """The same with the best of a short search in families of manoeuvres within limits, and that manoeuvre."""
-    with TemporaryDirectory() as costs:
-        plan = Plan(found.judge, flights, kinds, found.goal, 1, seed, Path(costs))
-        *_, (_, searches) = plan.stages((N_JUDGED, 0), progress)
-    kind = best(searches)
-    (manoeuvre,) = plan.cost(kind).manoeuvres(searches[kind].numbers)
-    return found.with_ways({f"another manoeuvre ({kind})": found.judge.information(manoeuvre)[0]}), manoeuvre
 
 
 def asked_by_name(name: str, judge: Judge, others: Sequence[str] = ()) -> Asked:

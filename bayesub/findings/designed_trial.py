@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -18,7 +17,6 @@ from bayesub.design.search import Found
 from bayesub.design.worth import TankValue, unlocking
 from bayesub.inference.identifiability import NullSpace, null_space
 from bayesub.io.errors import InputError
-from bayesub.io.words import listed
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem.joint import JointProblem
 
@@ -347,13 +345,3 @@ def search_sentences(design: DesignedTrial) -> list[str]:
         "the flown trial says what was achieved."
     )
     return sentences
-
-
-def next_sentence(prescription: Mapping[str, Mapping[str, Any]]) -> str:
-    """What each way to go on leaves of the sds of what is asked for, of the numbers of a prescription."""
-    parts, every = [], list(prescription.values())
-    for way in every[0]["after"]:
-        left = sorted(round(100.0 * one["after"][way] / one["sd"]) for one in every)
-        least = f"{left[0]} to " if left[0] < left[-1] else ""
-        parts.append(f"{least}{left[-1]} % after {way}")
-    return f"Of the sds of {listed(list(prescription))} there would be left: {'; '.join(parts)}."

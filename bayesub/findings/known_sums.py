@@ -51,17 +51,16 @@ def known_sums(
                 members, scaled = members[order], weights[best][order] / weights[best][order[0]]
                 for digits in _DIGITS:  # as few as keep what is known
                     vector[members] = [float(f"{weight:.{digits}g}") for weight in scaled]
-                    values = draws @ vector
-                    if abs(values.std(ddof=1) / values.mean()) < _ROUNDED * relative[best]:
+                    sd = np.sqrt(vector @ covariance @ vector)
+                    if sd < _ROUNDED * relative[best] * abs(vector @ mean):
                         break
                 open_before = vector - _implied(taken, vector, prior_covariance)
                 left = np.sqrt(open_before @ prior_covariance @ open_before)
-                sd = values.std(ddof=1)
                 if left < _IMPLIED * sd or sd > _LEARNED * np.sqrt(vector @ prior_covariance @ vector):
                     continue
                 found.append(set(members))
                 taken.append(vector)
-                rows.append(_row(axis, {names[k]: float(vector[k]) for k in members}, values))
+                rows.append(_row(axis, {names[k]: float(vector[k]) for k in members}, draws @ vector))
     return rows
 
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from bayesub.findings import (
     derived,
-    designed_trial,
     disturbances,
     known_sums,
     remedies,
@@ -28,6 +27,7 @@ from bayesub.inference.checks.fit import Criticism, criticise
 from bayesub.inference.identifiability import NullSpace, Spectrum, conditional_sd, kept, null_space
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io import seeds
+from bayesub.io.words import listed
 from bayesub.model.quantities import Quantity
 from bayesub.problem.distributions import Prior
 
@@ -190,7 +190,7 @@ def numbers_of(results: Results) -> dict:
     numbers["verdict"]["known_sums"] = known_sums.sentence(results.known_sums)
     numbers["prescription"] = results.prescription
     if results.prescription:
-        numbers["verdict"]["next"] = designed_trial.next_sentence(results.prescription)
+        numbers["verdict"]["next"] = _next_sentence(results.prescription)
     if not results.posterior.converged:
         jump = convergence.largest_jump(results.problem, results.posterior.draws, results._random(seeds.JUMPS))
         numbers["convergence"]["largest_jump"] = jump
@@ -203,3 +203,13 @@ def numbers_of(results: Results) -> dict:
     numbers["outcome"] = {"verdict": verdict, "status": verdicts.STATUS[verdict]}
     numbers["glance"] = glance(numbers)
     return numbers
+
+
+def _next_sentence(prescription: Mapping[str, Mapping[str, Any]]) -> str:
+    """What each way to go on leaves of the sds of what is asked for, of the numbers of a prescription."""
+    parts, every = [], list(prescription.values())
+    for way in every[0]["after"]:
+        left = sorted(round(100.0 * one["after"][way] / one["sd"]) for one in every)
+        least = f"{left[0]} to " if left[0] < left[-1] else ""
+        parts.append(f"{least}{left[-1]} % after {way}")
+    return f"Of the sds of {listed(list(prescription))} there would be left: {'; '.join(parts)}."

@@ -14,7 +14,7 @@ from bayesub.study.after import prescription
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
     """A brief search."""
-    monkeypatch.setattr("bayesub.design.prescription.N_JUDGED", 20)
+    monkeypatch.setattr("bayesub.design.plan.N_JUDGED", 20)
 
 
 def test_promises_are_those_of_the_sums(bayesub, finished, tmp_path):

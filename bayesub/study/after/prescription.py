@@ -6,8 +6,8 @@ import numpy as np
 
 from bayesub.design.knowledge import KnownBefore
 from bayesub.design.limits import N_DRAWS, Range, load_limits, usual_limits
-from bayesub.design.plan import families
-from bayesub.design.prescription import Prescription, with_manoeuvre
+from bayesub.design.plan import families, with_manoeuvre
+from bayesub.design.prescription import Prescription
 from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
