@@ -6,7 +6,7 @@ Claim: with histories of forces of a known process 90 % intervals hold 87 to 93 
 prior at any disturbance, no search fails, and they are no wider than with slow noise where that holds the truth. With
 an inferred process they do so too. Of boats that another simulator flies, 90 % intervals with inferred forces hold 85
 to 95 % of the coefficients, and all are sampled until they converge.
-Cost: forty minutes on two cores, half of it for histories that are integrated out boat by boat.
+Cost: half an hour on two cores, half of it for histories that are integrated out boat by boat.
 """
 
 import time
@@ -46,7 +46,7 @@ QUICK_S, ENOUGH = (
     30.0,
     {"max_steps": 100, "n_walkers": 4, "criteria": bs.Criteria(rhat=2.0, ess=10.0, taus=1.0, false_alarms=1e-9)},
 )
-NEVER = 4000  # steps, after which noise only is given up: with a likelihood so narrow it had not converged in 20,000
+NEVER = 2000  # steps, after which noise only is given up: with a likelihood so narrow it had not converged in 20,000
 INFERRED = 2  # of the boats of a share one in so many has its process inferred too
 LENGTH = 6.9 / 102.0  # of auv690 over that of suboff, to which half a metre belongs
 SENSORS = {

@@ -36,7 +36,7 @@ FINER = 10  # steps of the truth in one of the fit
 _DRAWS, _ROUNDS = 200, (2, 40)  # of importance sampling
 # Effective draws. With a hundred, sds of 24 parameters were a fifth too small.
 _ENOUGH, _TOO_FEW = 400.0, 20.0
-_FITS = 2  # rounds before which the response to forces is fitted
+_NEAR = 0.3  # effective part of draws, with which the response to forces that was fitted to them is kept
 _FREEDOM = 8.0  # of the t distributions that propose
 _FEW = 3.0  # effective draws for each parameter, with which the next proposal is half theirs
 _LEAST_CORRELATED = 0.1  # correlation of neighbouring residuals that is slow noise
@@ -240,14 +240,14 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     def density(x):
         return marginal.log_likelihood(marginal.prior.unscaled(x)) + marginal.prior.scaled_log_density(x)
 
-    draws, targets, proposals = [], [], []
+    draws, targets, proposals, effective = [], [], [], 0.0
     for n in range(_ROUNDS[1]):
         lower = np.linalg.cholesky(covariance)
         proposals.append((centre, lower))
         tails = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (_DRAWS, 1)))
         x = centre + tails * (rng.standard_normal((_DRAWS, len(centre))) @ lower.T)
         draws.append(x)
-        if n < _FITS:  # the response is fitted to draws of what is known by then
+        if n < _ROUNDS[0] and effective < _NEAR * _DRAWS:  # the response is fitted to draws of what is known by then
             marginal.fit(marginal.prior.unscaled(x[: marginal.n_draws]), rng)
             targets = [density(before) for before in draws[:-1]]
         targets.append(density(x))
