@@ -19,7 +19,7 @@ from bayesub.sensors import velocity
 from bayesub.sensors.sensor import QUANTITIES, channel_name
 from bayesub.study.new import files
 
-FEW, MANY_STARTS = 40, 5  # up to so many coefficients so many searches, which take 4 s; five of 83 took 27, two 12
+FEW = 40  # coefficients up to which five searches take 4 s; of 83 five took 27, and two 12
 STILL = 1e-9  # rad, and of the largest force: round-off in a control or a force that actuators do not move
 _ACROSS = {"Y": "horizontal", "N": "horizontal", "Z": "vertical", "M": "vertical", "K": None}  # planes of forces
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
@@ -28,55 +28,21 @@ _VARIES = 3.0  # times as large as the finest is the step of a column that is wr
 _MANY = 5000  # readings up to which all are taken
 _OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
 
-_SENSOR = """
-[[sensors]]
-kind = "sensor"
-column = "{column}"
-"""
-_NOISE = "sd = {:<24.2g} # CHANGE: {}; the data sheet knows\n"
-_RESOLUTION = "resolution = {:<16.4g} # the step of the file; a reading is an interval (page noise-and-rounding)\n"
-_INTERVAL = """interval_s = {:<16.2g} # one of {:,} readings in a tenth of a ship length travelled, between which the
-                              # boat hardly moves and errors are rarely independent; all take {:.0f} times as long.
-                              # Where errors are independent, average = true in a map of bayesub convert is better"""
-_TRACK = """
-[[sensors]]                   # "track", "pressure", "compass", "ins", "dvl", "adcp", "sensor", or a preset
-kind = "track"
-position_sd_m = 0.5
-attitude_sd_deg = 0.1
-interval_s = 1.0
-"""
-_IN_PLANE = 'channels = ["x", "y", "yaw"]\n'
-_NUISANCE = """# [nuisance]                  # what else is unknown
-# bias_yaw_deg = { mean = 0.0, sd = 2.0 }"""
-_IN_CURRENT = """[nuisance]                    # what else is unknown; the start needs no entry
-current_north_mps = { mean = 0.0, sd = 0.3 }"""
-_CLOCK = """
-# clock_{0}_s = {{ mean = 0.0, sd = 0.2 }}  # how far its clock is ahead; lever_{0}_x_m: where it is"""
-_SCALE = "\n# {} = {{ mean = 1.0, sd = {} }}  # {}"
-_EAST = "\ncurrent_east_mps = { mean = 0.0, sd = 0.3 }"
-_HEADING = "\nyaw0_deg = { mean = 0.0, sd = 5.0 }  # CHANGE: no sensor measures it"
-_GUESS = """centre = "perturbed"          # a guess: the truth times (1 + perturbation_sd * normal); or "vehicle"
-perturbation_sd = 0.15"""
-
 
 def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
     """The text of a study file `path` that simulates a vehicle on a manoeuvre and measures its track."""
-    equations, plane = load_vehicle(vehicle).equations, manoeuvre if manoeuvre in MOVING else None
-    n_starts, cost = MANY_STARTS, "under a second each"
-    if len(equations.active(load_vehicle(vehicle), subproblem=plane)) > FEW:
-        n_starts, cost = 2, "some 6 s each of 83 coefficients"
+    boat, plane = load_vehicle(vehicle), manoeuvre if manoeuvre in MOVING else None
     return _text(
         name,
         path,
+        boat,
         vehicle,
         what=f"the manoeuvre {manoeuvre}",
-        source=f'manoeuvre = "{files.seen_from(path, manoeuvre)}"',
-        sensors=_TRACK + (_IN_PLANE if equations.degrees_of_freedom == 3 else ""),
+        manoeuvre=files.seen_from(path, manoeuvre),
         column="x_m",
+        instrument="track",
         free=plane or "all",
-        centre=_GUESS,
-        nuisance=_NUISANCE + _CLOCK.format("track"),
-        searches=f"sqp_starts = {n_starts}                # deterministic searches to compare with, {cost}",
+        is_few=len(boat.equations.active(boat, subproblem=plane)) <= FEW,
     )
 
 
@@ -97,40 +63,30 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     of_use = [key for key in measured if QUANTITIES[key].changes(changing)]
     if not of_use:
         raise InputError(f"{data}: has no column with three readings or more", "data")
-    source = [f'data = "{files.relative(path, data)}"']
-    if plane != "all":
-        source.append(f'subproblem = "{plane}"     # the plane that the boat kept to, by its controls')
-    if rest := [f'"{log_files.HEADERS[key]}"' for key in log if key in QUANTITIES and key not in of_use]:
-        source.append(f"ignore = [{', '.join(rest)}]")
     times = [log["time"][np.isfinite(log[key])] for key in of_use]
     n, tenth = sum(map(len, times)), 0.1 * boat.length_m / boat.speed_mps
     kept = sum(min(len(one), np.ptp(one) / tenth) for one in times)
-    source += [_INTERVAL.format(tenth, n, n / kept)] if n > max(_MANY, 2.0 * kept) else []
-    nuisance = _IN_CURRENT if _OVER_GROUND & set(of_use) else _NUISANCE
-    if nuisance is _IN_CURRENT and "psi" in changing:
-        read = any(QUANTITIES[key].heading for key in of_use)
-        nuisance += _EAST + ("" if read else _HEADING)
-    nuisance += _CLOCK.format(channel_name(of_use[0]))
-    for key in of_use:
-        if log_files.HEADERS[key].endswith("_mps"):
-            nuisance += _SCALE.format(f"scale_{channel_name(key)}", 0.01, "1 % of a speed is 2 % of a drag")
     has_thrust = boat.body[[workspace.BODY.index(key) for key in workspace.THRUST]].any()
     scales = [name for name, (_, kind) in boat.actuators.parameters.items() if kind == "scale"]
     moving = [name for name in scales if boat.actuators.moves(name, plane if plane in MOVING else None)]
-    for scale in [PROPELLER] * bool(has_thrust) + moving:
-        nuisance += _SCALE.format(scale, 0.05, "how effective it is: trades off with its coefficients, or the drag")
     return _text(
         name,
         path,
+        boat,
         vehicle,
         what=f"the log {data.name}",
-        source="\n".join(source),
-        sensors="".join(_SENSOR.format(column=log_files.HEADERS[key]) + _noise(key, log, data) for key in of_use),
+        data=files.relative(path, data),
+        ignored=[log_files.HEADERS[key] for key in log if key in QUANTITIES and key not in of_use],
+        interval=(tenth, n, n / kept) if n > max(_MANY, 2.0 * kept) else None,
+        sensors={log_files.HEADERS[key]: _noise(key, log, data) for key in of_use},
         column=log_files.HEADERS[of_use[0]],
+        instrument=channel_name(of_use[0]),
         free=plane,
-        centre='centre = "vehicle"',
-        nuisance=nuisance,
-        searches="sqp_starts = 0                # deterministic searches to compare with",
+        in_current=not _OVER_GROUND.isdisjoint(of_use),
+        turns="psi" in changing,
+        heading_is_read=any(QUANTITIES[key].heading for key in of_use),
+        speeds=[channel_name(key) for key in of_use if log_files.HEADERS[key].endswith("_mps")],
+        pushers=[PROPELLER] * bool(has_thrust) + moving,
     )
 
 
@@ -147,7 +103,7 @@ def _plane(boat: Vehicle, inputs: np.ndarray) -> str:
     return "vertical" if moving == {"vertical"} else "all"
 
 
-def _text(name, path, vehicle, **parts) -> str:
+def _text(name: str, path: Path, boat: Vehicle, vehicle: str, **parts) -> str:
     files.check_name(name)
     return templates.fill(
         "bayesub.study.new",
@@ -155,14 +111,14 @@ def _text(name, path, vehicle, **parts) -> str:
         name=name,
         file=path,
         vehicle=files.seen_from(path, vehicle),
-        example=load_vehicle(vehicle).equations.names[0],
+        equations=boat.equations,
         axes=", ".join(f'"{axis}"' for axis in PLANES.get(parts["free"], (AXES,))[0]),
         **parts,
     )
 
 
-def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> str:
-    """The lines of the noise of a column and of its rounding, in its unit.
+def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> tuple[float, str, float | None]:
+    """The sd of the noise of a column, where it is from, and the step of its rounding if that matters, in its unit.
 
     Of a smooth signal with independent noise the median second difference, over the root of six, is its sd. Where most
     readings repeat the one before, the others differ by a rounding step: one for all, or, in a file with so many
@@ -185,7 +141,7 @@ def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> str:
         held = np.diff(times[1:][changes], prepend=times[0])
         step = float(np.sqrt(np.average(steps[changes] ** 2, weights=held)))
         if step > _VARIES * finest:
-            return _NOISE.format(step / np.sqrt(12.0), f"so many digits, in steps of up to {steps.max():.2g}")
+            return step / np.sqrt(12.0), f"so many digits, in steps of up to {steps.max():.2g}", None
     if scatter < finest:
-        return _NOISE.format(finest / np.sqrt(12.0), "hidden by the rounding") + _RESOLUTION.format(finest)
-    return _NOISE.format(scatter, "guessed from its scatter")
+        return finest / np.sqrt(12.0), "hidden by the rounding", finest
+    return scatter, "guessed from its scatter", None
