@@ -12,6 +12,7 @@ from bayesub.findings.coefficient_examinations import (
     sizes_and_signs,
 )
 from bayesub.findings.vehicle_examinations import GROWTH, balance, dive, hydrostatics, stability, straight_flight, turn
+from bayesub.io import templates
 from bayesub.model.actuator import Actuator
 from bayesub.model.equations import AXES
 from bayesub.model.trajectory import Trajectory
@@ -73,26 +74,11 @@ class VehicleCard:
 
     def lines(self) -> list[str]:
         """The card in words: a line a subject, then the warnings, each with its remedy."""
-        sections = {
-            "thrust": ("thrust_over_drag", _thrust_line),
-            "straight flight": ("straight_flight", _straight_line),
-            "stability": ("stability", _stability_line),
-            "turning circle": ("turning_circle", _turn_line),
-            "stern planes": ("stern_plane", _dive_line),
-            "mass matrix": ("mass_matrix", _mass_line),
-            "hydrostatics": ("hydrostatics", _hydrostatics_line),
-        }
-        skipped = self.numbers.get("skipped", {})
-        texts = {
-            subject: f"not examined: {skipped[section]}" if section in skipped else line(self.numbers)
-            for subject, (section, line) in sections.items()
-        }
-        texts |= {column: _actuator_line(column, parts) for column, parts in self.numbers.get("actuators", {}).items()}
-        texts |= {
-            f"zero in {axis}": " ".join(names) or "none" for axis, names in self.numbers["zero_coefficients"].items()
-        }
-        remedies = [f"  warning: {warning.text}; {warning.remedy}" for warning in self.warnings]
-        return [*(f"  {subject:<17} {text}" for subject, text in texts.items()), *(remedies or ["  no warnings"])]
+        actuators = self.numbers.get("actuators", {})
+        values = {"numbers": self.numbers, "skipped": self.numbers.get("skipped", {}), "warnings": self.warnings}
+        values |= {"actuators": {column: _actuator_line(column, parts) for column, parts in actuators.items()}}
+        text = templates.fill("bayesub.findings", "vehicle_card.txt", shown=_formatted, growth=GROWTH, **values)
+        return text.removesuffix("\n").split("\n")
 
     def to_json(self) -> dict:
         """Numbers and warnings as JSON types."""
@@ -116,79 +102,6 @@ def check(vehicle: Vehicle) -> VehicleCard:
 
 def _formatted(value: float | None, form: str = "z.3g", factor: float = 1.0) -> str:
     return "undefined" if value is None else format(factor * value, form)
-
-
-def _thrust_line(numbers):
-    if None in numbers["thrust_over_drag"].values():
-        return "no drag to balance it"
-    above, below = (_formatted(ratio, ".4g") for ratio in numbers["thrust_over_drag"].values())
-    return f"{above} times the drag at self-propulsion" + ("" if above == below else f", {below} just below it")
-
-
-def _straight_line(numbers):
-    flight = numbers["straight_flight"]
-    if flight is None:
-        return "not flown to the end"
-    deeper = "depth_change_lengths"  # absent, as roll and pitch, with three degrees of freedom
-    angles = ", ".join(
-        f"{name} {_formatted(flight[f'{name}_deg'], 'z.1f')} deg"
-        for name in ("roll", "pitch", "heading")
-        if f"{name}_deg" in flight
-    )
-    percent = _formatted(flight["speed_ratio"], ".4g", 100.0)
-    return f"after {flight['lengths']:g} ship lengths {percent} % of the speed, {angles}" + (
-        f", {_formatted(flight[deeper], 'z.2f')} ship lengths deeper" if deeper in flight else ""
-    )
-
-
-def _stability_line(numbers):
-    indices = numbers["stability"]
-    rate = indices["growth_per_length"]
-    fate = "undefined" if rate is None else f"{'grows' if rate > GROWTH else 'decays'} by {abs(rate):.2g} a ship length"
-    values = ", ".join(
-        f"{key.partition('_')[2]} = {_formatted(index, 'z.2f')}"
-        for key, index in indices.items()
-        if key != "growth_per_length"
-    )
-    return f"{values} (above 0: stable without righting moment); the slowest disturbance {fate}"
-
-
-def _turn_line(numbers):
-    turn = numbers["turning_circle"]
-    if turn is None:
-        return "not flown to the end"
-    if turn["diameter_lengths"] is None:
-        return f"{turn['rudder_deg']:g} deg of rudder do not turn it"
-    percent = _formatted(turn["speed_ratio"], factor=100.0)
-    return (
-        f"{turn['rudder_deg']:g} deg of rudder: diameter {_formatted(turn['diameter_lengths'])} ship lengths "
-        f"(tactical {_formatted(turn['tactical_diameter_lengths'])}), {percent} % of the speed, drift "
-        f"{_formatted(turn['drift_angle_deg'])} deg; positive rudder turns {turn['positive_rudder_turns']}"
-    )
-
-
-def _dive_line(numbers):
-    dive = numbers["stern_plane"]
-    if dive is None:
-        return "not flown to the end"
-    return (
-        f"{dive['angle_deg']:+g} deg: {dive['positive_angle_pitches'] or 'no answer in pitch'}, pitch "
-        f"{_formatted(dive['pitch_after_two_lengths_deg'], '+z.2g')} deg after two ship lengths"
-    )
-
-
-def _mass_line(numbers):
-    mass = numbers["mass_matrix"]
-    pairs = {pair: difference for pair, difference in mass["added_mass_differences"].items() if difference > 0.01}
-    differ = ", ".join(f"{pair.replace('-', ' and ')} by {100 * share:.0f} %" for pair, share in pairs.items())
-    definite = "positive definite" if mass["positive_definite"] else "NOT positive definite"
-    return f"{definite}; added mass {f'not symmetric: {differ}' if differ else 'symmetric'}"
-
-
-def _hydrostatics_line(numbers):
-    balance = numbers["hydrostatics"]
-    percent, below = _formatted(balance["buoyancy_over_weight"], ".5g", 100.0), _formatted(balance["BG_m"])
-    return f"buoyancy {percent} % of the weight, centre of gravity {below} m below that of buoyancy"
 
 
 def _actuator_line(column: str, parts: dict) -> str:
