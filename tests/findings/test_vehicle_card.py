@@ -16,9 +16,18 @@ from support.fins import PORT, STARBOARD, fins, with_actuators
 import bayesub as bs
 from bayesub.findings import coefficient_examinations
 from bayesub.findings.coefficient_examinations import negative, pairs, sizes_and_signs, typical_ranges
-from bayesub.findings.flights import fly, growth, stability_indices, turning_circle
 from bayesub.findings.vehicle_card import actuators, check
-from bayesub.findings.vehicle_examinations import balance, dive, slopes, straight_flight, turn
+from bayesub.findings.vehicle_examinations import (
+    balance,
+    dive,
+    fly,
+    growth,
+    slopes,
+    stability_indices,
+    straight_flight,
+    turn,
+    turning_circle,
+)
 from bayesub.io import toml_files
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import VELOCITIES

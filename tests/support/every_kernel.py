@@ -13,7 +13,7 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 
 import bayesub as bs
-from bayesub.findings.flights import growth
+from bayesub.findings.vehicle_examinations import growth
 from bayesub.kernels.jit import _Kept
 from bayesub.model.linear_form import linear_systems
 from bayesub.problem.likelihoods import AR1, Normal, Rounded, StudentT, UnknownSd
