@@ -13,6 +13,7 @@ from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
 from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected_outliers
 from bayesub.inference.interface import SMOOTH
+from bayesub.io import templates
 from bayesub.io.words import listed
 from bayesub.logs import log_files
 from bayesub.model.actuators import command_column
@@ -210,63 +211,20 @@ def lines_to_add(explanation: Discrepancy, problem: AnyProblem) -> str:
 
     Sections that the study has already are to be joined with them.
     """
-    return "\n".join(_LINES[explanation.kind](explanation, problem))
-
-
-def _disturbance_lines(explanation, problem):  # noqa: ARG001
-    (time,) = set(explanation.times.values())
-    sds = [f"{axis} = {_log_normal(size, _LOG_SD)}" for axis, size in explanation.sizes.items()]
-    axes = ", ".join(f'"{axis}"' for axis in explanation.sizes)
-    yield "[disturbance]"
-    yield f"axes = [{axes}]"
-    yield f"sd = {{ {', '.join(sds)} }}"
-    yield f"correlation_time_s = {_log_normal(time, _LOG_SD_TIME)}"
-
-
-def _slow_noise_lines(explanation, problem):
-    columns: dict[str, tuple] = {}
-    for name, size in explanation.sizes.items():
+    sizes = explanation.sizes
+    noises: dict[str, tuple[float, float]] = {}
+    if explanation.kind == "current":  # both components that are not inferred yet, with the size of either
+        sizes = {name: size for size in sizes.values() for name in CURRENTS if name not in problem.names}
+    for name, size in sizes.items() if explanation.kind == "slow noise" else ():
         channel, _ = problem.channels[name]
         column = log_files.HEADERS[channel.quantity]
         sd = size * channel.total_sd / log_files.si_factor(column)
-        columns.setdefault(column, (sd, explanation.times[name]))  # of several trials the first
-    for n, (column, (sd, time)) in enumerate(columns.items()):
-        yield from [""] * (n > 0)
-        yield f"[noise.{column}]"
-        yield 'kind = "ar1"'
-        yield f"sd = {sd:.2g}"
-        yield f"correlation_time_s = {time:.2g}"
-
-
-def _nuisance_lines(explanation, problem):
-    """Biases, or of a current both components that are not inferred yet, with the size of either."""
-    sizes = explanation.sizes
-    if explanation.kind == "current":
-        (size,) = sizes.values()
-        sizes = {name: size for name in CURRENTS if name not in problem.names}
-    yield "[nuisance]"
-    for name, size in sizes.items():
-        yield f"{name} = {{ mean = 0.0, sd = {_WIDER * size:.2g} }}"
-
-
-def _coefficient_lines(explanation, problem):
-    free = {*problem.names[: problem.n_coefficients], *explanation.sizes}
-    names = ", ".join(f'"{name}"' for name in problem.equations.names if name in free)
-    yield "[free]"
-    yield f"coefficients = [{names}]"
-
-
-def _log_normal(median, log_sd) -> str:
-    return f"{{ median = {median:.2g}, log_sd = {log_sd:g} }}"
-
-
-_LINES = {
-    "bias": _nuisance_lines,
-    "current": _nuisance_lines,
-    "coefficient": _coefficient_lines,
-    "disturbance": _disturbance_lines,
-    "slow noise": _slow_noise_lines,
-}
+        noises.setdefault(column, (sd, explanation.times[name]))  # of several trials the first
+    free = {*problem.names[: problem.n_coefficients], *sizes}
+    coefficients = [name for name in problem.equations.names if name in free]
+    values = {"sizes": sizes, "noises": noises, "coefficients": coefficients, "times": explanation.times}
+    values |= {"log_sd": _LOG_SD, "log_sd_time": _LOG_SD_TIME, "wider": _WIDER}
+    return templates.fill("bayesub.findings", "lines_to_add.toml", kind=explanation.kind, **values).rstrip("\n")
 
 
 @dataclass(frozen=True)
