@@ -5,13 +5,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup, escape
+from markupsafe import Markup
 from matplotlib.axes import Axes
 
 from bayesub.findings.vehicle_card import check
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import Posterior
+from bayesub.io import templates
 from bayesub.io.notebook import Display
 from bayesub.io.words import rounded
 from bayesub.logs.log_files import HEADERS, STATES
@@ -39,8 +40,7 @@ def vehicle(shown: Any) -> str:
         f"{len(terms)} terms"
     )
     heads = ("coefficient", "value", "sd", "multiplies", "what it is")
-    folded = Markup("<details><summary>{} coefficients</summary>{}</details>").format(len(terms), _table(heads, rows))
-    return _page(shown.name, (shown.description, facts), folded)
+    return _page(shown.name, (shown.description, facts), heads, rows, f"{len(terms)} coefficients")
 
 
 def trajectory(shown: Any) -> str:
@@ -59,7 +59,7 @@ def trajectory(shown: Any) -> str:
         seen = values[np.isfinite(values)]
         rows.append((header, *(f"{x:.4g}" for x in (seen[0], seen[-1], seen.min(), seen.max()))))
     heads = ("state" if len(shown.status) == 1 else "state of the first", "start", "end", "least", "most")
-    return _page(f"{simulator.vehicle.name} on {simulator.manoeuvre.name} ({plane})", (facts,), _table(heads, rows))
+    return _page(f"{simulator.vehicle.name} on {simulator.manoeuvre.name} ({plane})", (facts,), heads, rows)
 
 
 def directions(shown: Spectrum) -> str:
@@ -78,7 +78,7 @@ def directions(shown: Spectrum) -> str:
         kind = "null" if i >= last else "stiff" if shown.singular_values[i] > 1.0 else "sloppy"
         rows.append((f"{i + 1}", kind, value, ", ".join(f"{x:+.2f} {name}" for name, x in entries)))
     heads = ("direction", "kind", "prior sd over data sd", "largest entries, prior sds")
-    return _page("Spectrum", (facts,), _table(heads, rows))
+    return _page("Spectrum", (facts,), heads, rows)
 
 
 def estimate(shown: Estimate) -> str:
@@ -91,7 +91,7 @@ def estimate(shown: Estimate) -> str:
         f"{shown.seconds:.3g} s; least cost {shown.costs[0]:.6g}: {shown.statuses[0]}"
     )
     rows = [(name, *_with_sd(value, sd)) for name, value, sd in zip(shown.names, shown.values, sds, strict=True)]
-    return _page(shown.method, (facts,), _table(("parameter", "best", "sd"), rows))
+    return _page(shown.method, (facts,), ("parameter", "best", "sd"), rows)
 
 
 def intervals(shown: Posterior) -> str:
@@ -105,7 +105,7 @@ def intervals(shown: Posterior) -> str:
         rows.append((name, *_with_sd(mean, sd), interval, f"{contraction:.2g}", f"{rhat:.3f}", f"{ess:.0f}"))
     heads = ("parameter", "mean", "sd", "90 % interval", "posterior over prior sd", "R-hat", "bulk ESS")
     facts = f"{len(shown.chain)} ensembles, {shown.chain.shape[2]} walkers, {shown.n_steps} steps"
-    return _page("Posterior", (verdict, facts), _table(heads, rows))
+    return _page("Posterior", (verdict, facts), heads, rows)
 
 
 def _with_sd(value, sd) -> tuple[str, str]:
@@ -113,18 +113,12 @@ def _with_sd(value, sd) -> tuple[str, str]:
     return rounded(value, sd), rounded(sd, sd) if sd > 0.0 else ""
 
 
-def _page(title: str, sentences: Iterable[str], body: Markup) -> str:
-    lines = [Markup("<strong>{}</strong>").format(title), *(escape(sentence) for sentence in sentences if sentence)]
-    return str(Markup("<div>{}{}</div>").format(Markup("<br>").join(lines), body))
-
-
-def _table(heads: Sequence[str], rows: Iterable[Sequence]) -> Markup:
-    head = Markup("").join(Markup("<th>{}</th>").format(text) for text in heads)
-    body = Markup("").join(
-        Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(cell) for cell in row))
-        for row in rows
-    )
-    return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
+def _page(
+    title: str, sentences: Iterable[str], heads: Sequence[str], rows: Iterable[Sequence], folded: str = ""
+) -> str:
+    """HTML of a title, sentences and a table, which is folded under a heading if there is one."""
+    values = {"title": title, "sentences": sentences, "heads": heads, "rows": rows, "folded": folded}
+    return templates.fill("bayesub.report", "display.html", **values).rstrip("\n")
 
 
 def _draw_intervals(path: Paths, posterior: Posterior) -> None:
