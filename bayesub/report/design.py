@@ -1,7 +1,7 @@
 """The page of a designed trial: numbers, track and orders, margins, expected sds, and what more would bring."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -84,42 +84,24 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
 
 
 def _manoeuvre(design, manoeuvre, suffix, number) -> ReportFigure:
-    def draw(path):
-        times, states, whole = design.plan.range.flown(manoeuvre)
-        states = np.where(whole[:, None, None], states, np.nan)
-        headers = {name: log_files.HEADERS.get(name, name) for name in manoeuvre.log}
-        orders = {h: manoeuvre.log[name] / log_files.si_factor(h) for name, h in headers.items()}
-        moved = [c.column for c in design.plan.family(design.kind).controls]
-        change, depth = design.plan.range.limits.depth_change_m, design.judge.vehicle.depth_m
-        band = None if change is None else (depth - change, depth + change)
-        _draw_manoeuvre(path, manoeuvre.times, {c: orders[c] for c in moved}, (times, states), band)
-
     dives = design.judge.vehicle.equations.subproblem(design.judge.subproblem) != "horizontal"
     return ReportFigure(
         f"orders{suffix}",
         f"Right, the orders of manoeuvre{suffix}.csv. Left, where the boat goes (blue), and "
         f"{len(design.plan.range.sets) - 1} boats that the prior holds possible (grey)."
         + (" Dashed: the depth band." if dives else ""),
-        draw,
+        lambda path: _draw_manoeuvre(path, design, manoeuvre),
         title=f"Manoeuvre{number}",
     )
 
 
-def _draw_manoeuvre(
-    path: Paths,
-    times: np.ndarray,
-    orders: Mapping[str, np.ndarray],
-    flights: tuple[np.ndarray, np.ndarray],
-    band: tuple[float, float] | None = None,
-) -> None:
-    """The track from above and the depth of all flights, and the orders.
-
-    `times`: (n,) of the orders, s; `orders`: column of a log -> (n,) what is ordered, in its unit; `flights`: times
-    (n_times,) and states (n_flights, n_times, 12), those of the vehicle itself first; not a number where a flight
-    ended; `band`: depths between which the boat must stay, m.
-    """
-    at, states = flights
-    columns = list(orders)
+def _draw_manoeuvre(path: Paths, design: DesignedTrial, manoeuvre: Any) -> None:
+    """The track from above and the depth of all flights, as far as they go, and the orders."""
+    at, states, whole = design.plan.range.flown(manoeuvre)
+    states = np.where(whole[:, None, None], states, np.nan)  # that of the vehicle itself first
+    columns = [control.column for control in design.plan.family(design.kind).controls]
+    headers = {log_files.HEADERS.get(name, name): name for name in manoeuvre.log}
+    change, depth = design.plan.range.limits.depth_change_m, design.judge.vehicle.depth_m
     dives = np.nanmax(np.ptp(states[0][:, Z])) > 1e-6
     rows: list = [["track", column] for column in columns]
     if dives and len(columns) == 1:
@@ -138,15 +120,16 @@ def _draw_manoeuvre(
             axis = axes["depth"]
             axis.plot(at, states[1:, :, Z].T, color=style.PRIOR, lw=0.6)
             axis.plot(at, states[0, :, Z], color=style.POSTERIOR, lw=1.3)
-            for depth in band or ():
-                axis.axhline(depth, **_LIMIT)
+            for side in () if change is None else (-1.0, 1.0):
+                axis.axhline(depth + side * change, **_LIMIT)
             axis.invert_yaxis()
             axis.set(xlabel="time (s)", ylabel="depth (m)")
         for column, colour in zip(columns, cycle(style.CYCLE), strict=False):
-            axes[column].plot(times, orders[column], color=colour, lw=1.1)
+            orders = manoeuvre.log[headers[column]] / log_files.si_factor(column)
+            axes[column].plot(manoeuvre.times, orders, color=colour, lw=1.1)
             name, _, unit = with_unit(column).rpartition(" ")
             axes[column].set_ylabel(f"{name}\n{unit}" if name else unit)
-            axes[column].set_xlim(0.0, times[-1])
+            axes[column].set_xlim(0.0, manoeuvre.times[-1])
             axes[column].tick_params(labelbottom=column == columns[-1])
         axes[columns[-1]].set_xlabel("time (s)")
 
