@@ -19,24 +19,7 @@ from bayesub.model.equations import AXES, EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, SET_NAME
 from bayesub.model.hulls import Hull
 
-FORCES = {
-    "X": "surge force",
-    "Y": "sway force",
-    "Z": "heave force",
-    "K": "roll moment",
-    "M": "pitch moment",
-    "N": "yaw moment",
-}
 N_STATIONS = 21  # along the hull of a geometry
-SYMBOLS = {
-    "nu": "nu = sqrt(v^2 + w^2)",
-    "V": "V = sqrt(u^2 + v^2 + w^2)",
-    "U": "U the speed of trials",
-    "du": "du = u - U with the speed U of trials",
-    "uc": "uc the speed n/k0 of the propeller",
-    "duc": "duc = n/k0 - u",
-    "crossflow_y": "crossflow integrals along the hull",
-}
 
 
 def check_name(name: str) -> None:
@@ -101,9 +84,8 @@ def vehicle(name: str, hull: Hull | None = None, equations: str = DEFAULT, path:
     values = _body(hull) | _words(terms)
     values["equations"] = seen_from(path, equations)
     values["stations"] = _stations(hull) if terms.has_crossflow else {}
-    values["hull_note"] = "" if hull else "; CHANGE: an example"
-    text = templates.fill("bayesub.study.new", "new_vehicle.toml", name=name, **values)
-    return text + _coefficients(terms, {} if hull is None else hull.estimates(terms))
+    values["estimates"] = {} if hull is None else hull.estimates(terms)
+    return templates.fill("bayesub.study.new", "new_vehicle.toml", name=name, is_example=hull is None, **values)
 
 
 def copied_vehicle(name: str, source: str, path: Path = Path()) -> str:
@@ -151,43 +133,27 @@ def _body(hull: Hull | None) -> dict[str, str]:
 
 
 def _words(equations: EquationSet) -> dict:
-    """The lines of the template on the terms of a set."""
-    dimensional = any(term.unit for term in equations.terms)
-    scale = "all coefficients are non-dimensional on it"
-    force = "Each force is the sum of (rho/2) l^k * coefficient * regressor."
-    scaled = any(term.speed_power for term in equations.terms)
-    if scaled:
-        force = force.replace("l^k", f"l^k {_speed(equations)}^j")
-    if dimensional:
-        scale = "coefficients without a unit are non-dimensional on it"
-        force += " A coefficient with a unit is multiplied by its regressor alone."
-    ahead = [
-        term for term in equations.terms if term.axis == "X" and term.symbols <= {"u", "V", "U", "du", "uc", "duc"}
-    ]
+    """What the template says of the terms of a set."""
+    terms = equations.terms
+    speed = "V" if equations.speed == "instantaneous" else "U"  # on which coefficients are non-dimensional
+    ahead = [term for term in terms if term.axis == "X" and term.symbols <= {"u", "V", "U", "du", "uc", "duc"}]
     drag = [term.name for term in ahead if term.unit is None and (term.length_power, term.speed_power) == (2, 0)]
-    symbols = {symbol for term in equations.terms for symbol in term.symbols} | (
-        {_speed(equations)} if scaled else set()
-    )
-    used = [text for symbol, text in SYMBOLS.items() if symbol in symbols]
-    functions = {factor.function for term in equations.terms for factor in term.parsed.factors}
-    used += ["sgn the sign"] if "sgn" in functions else []
-    velocities = "u v w p q r speeds and rates in m/s and rad/s, dots accelerations"
-    sentence = f"{force} Regressors: {', '.join([velocities, *_controls(equations), *used])}."
+    examples = (term.name for term in terms if term.axis == "Y" and "v" in term.symbols)
+    is_scaled = any(term.speed_power for term in terms)
     return {
-        "dimensions": scale,
-        "regressors": "\n".join(textwrap.wrap(sentence, 118, initial_indent="# ", subsequent_indent="# ")),
-        "example": next(
-            (term.name for term in equations.terms if term.axis == "Y" and "v" in term.symbols), equations.names[0]
-        ),
+        "terms": {axis: [equations.term(name) for name in equations.names_of_axis(axis)] for axis in AXES},
+        "width": max(10, *map(len, equations.names)),
+        "speed": speed,
+        "is_scaled": is_scaled,
+        "is_dimensional": any(term.unit for term in terms),
+        "symbols": frozenset().union(*(term.symbols for term in terms)) | ({speed} if is_scaled else set()),
+        "functions": {factor.function for term in terms for factor in term.parsed.factors},
+        "controls": _controls(equations),
+        "commented": lambda text: textwrap.fill(text, 118, initial_indent="# ", subsequent_indent="# "),
+        "example": next(examples, equations.names[0]),
         "drag": f"-{drag[0]}" if len(drag) == len(ahead) == 1 else "d",
-        "turning": "uc" in symbols or "duc" in symbols,
         "own_thrust": any(term.symbols & {"du", "uc", "duc"} for term in ahead),
     }
-
-
-def _speed(equations: EquationSet) -> str:
-    """Symbol of the speed on which coefficients are non-dimensional."""
-    return "V" if equations.speed == "instantaneous" else "U"
 
 
 def _controls(equations: EquationSet) -> list[str]:
@@ -214,22 +180,3 @@ def _stations(hull: Hull | None) -> dict[str, list[float]]:
         key: [round(float(value), 5) for value in values]
         for key, values in (("x_m", x), ("height_m", height), ("breadth_m", breadth))
     }
-
-
-def _coefficients(equations: EquationSet, estimates) -> str:
-    lines, width = [], max(10, *map(len, equations.names))
-    for axis in AXES:
-        terms = [equations.term(name) for name in equations.names_of_axis(axis)]
-        if terms:
-            lines += ["", f"# {axis}, {FORCES[axis]} in {'N' if axis in 'XYZ' else 'N m'}"]
-        for term in terms:
-            estimate = estimates.get(term.name)
-            value, note = "0", ""
-            if estimate is not None:
-                value = f"{{ value = {estimate.value:.4g}, sd = {estimate.sd:.2g} }}"
-                note = f"; {estimate.source}"
-            regressor = term.regressor.replace("*", " ")
-            scale = term.scale if term.unit else term.scale.replace("U", _speed(equations))
-            meaning = f"{regressor}, unit {term.unit}" if term.unit else f"{scale} {regressor}"
-            lines.append(f"{term.name:<{width}} = {value:<{42 if estimates else 12}} # {meaning}{note}")
-    return "\n".join(lines) + "\n"
