@@ -120,8 +120,8 @@ def _draw_manoeuvre(path: Paths, design: DesignedTrial, manoeuvre: Any) -> None:
             axis = axes["depth"]
             axis.plot(at, states[1:, :, Z].T, color=style.PRIOR, lw=0.6)
             axis.plot(at, states[0, :, Z], color=style.POSTERIOR, lw=1.3)
-            for side in () if change is None else (-1.0, 1.0):
-                axis.axhline(depth + side * change, **_LIMIT)
+            for edge in () if change is None else (depth - change, depth + change):
+                axis.axhline(edge, **_LIMIT)
             axis.invert_yaxis()
             axis.set(xlabel="time (s)", ylabel="depth (m)")
         for column, colour in zip(columns, cycle(style.CYCLE), strict=False):
