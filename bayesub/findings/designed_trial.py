@@ -14,7 +14,7 @@ from bayesub.design.limits import Range
 from bayesub.design.plan import REFINED, Plan
 from bayesub.design.prescription import TANK_SD, Asked, further_instruments
 from bayesub.design.search import Found
-from bayesub.design.worth import TankValue, unlocking
+from bayesub.design.worth import unlocking
 from bayesub.inference.identifiability import NullSpace, null_space
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
@@ -22,7 +22,7 @@ from bayesub.problem.joint import JointProblem
 
 STANDARD = {None: "coupled", "horizontal": "horizontal", "vertical": "vertical"}  # manoeuvre of each sub-problem
 N_DRAWS = 8  # boats of the prior at which the expected sds are looked at too
-N_TANK = 5  # values from a towing tank
+N_TANK = 5  # values from a towing tank that would determine most of what the trial leaves unknown
 FAMILIES = {
     "steps": "steps",
     "curves": "curves between knots",
@@ -91,6 +91,8 @@ class DesignedTrial:
 
     def measure(self, information: Information) -> float:
         """What is compared: known coefficients, or per cent of the sds before that are left of what was asked for."""
+        if self.judge.rival is not None:
+            return float(np.sqrt(information.apart))
         if self.asked:
             return 100.0 * float(np.exp(self.plan.goal(information)))
         return float(information.n_known(self.share))
@@ -115,11 +117,6 @@ class DesignedTrial:
         extra = {f"with {name}": sensors for name, sensors in further_instruments(self.judge).items()}
         more = [worth.further_sensors(self.judge, manoeuvre, extra) for manoeuvre in self.manoeuvres]
         return worths | {name: _total(of[name] for of in more) for name in extra}
-
-    @cached_property
-    def tank_values(self) -> list[TankValue]:
-        """Values from a towing tank that would determine most of what the trial leaves unknown."""
-        return unlocking(self.after, TANK_SD, N_TANK, share=self.share)
 
     @cached_property
     def margins(self) -> list[list]:
@@ -191,6 +188,7 @@ def numbers(design: DesignedTrial) -> dict:
             for c in design.plan.family(design.kind).controls
         },
         "before": criteria(design.before, None),
+        "apart": None if judge.rival is None else {"sds": float(np.sqrt(after.apart)), "power": after.power},
         "standard": {"manoeuvre": standard.name} | criteria(given, design.unique) if given and standard else None,
         "after": criteria(after, design.structural),
         "on_boats_of_the_prior": {
@@ -214,7 +212,7 @@ def numbers(design: DesignedTrial) -> dict:
         "by_sensor": {name: design.measure(one) for name, one in design.sensors.items()},
         "towing_tank": [
             {"name": v.name, "n_known": v.n_known, "gain": v.gain, "half_gain_sd": v.half_gain_sd}
-            for v in design.tank_values
+            for v in unlocking(after, TANK_SD, N_TANK, share=design.share)
         ],
         "coefficients": _coefficients(design),
         "orders": _orders(design),
@@ -295,6 +293,11 @@ def sentence(design: DesignedTrial) -> str:
         text = f"{asked.name} = {asked.value:.3g}{unit}: expected sd {after.sd_of(asked.gradient):.2g}{unit}, before "
         text += f"the trial {design.before.prior_sd_of(asked.gradient):.2g}"
         parts.append(text + ("" if given is None else f", standard manoeuvre {given.sd_of(asked.gradient):.2g}"))
+    if (rival := design.judge.rival) is not None:
+        text = f"{rival.vehicle.name} stays {np.sqrt(after.apart):.2g} sds from the readings whatever its coefficients "
+        text += f"are: a test with 1 % false alarms tells it from {design.judge.vehicle.name} with {after.power:.0%}"
+        standards = "" if given is None else f", on the standard manoeuvre with {given.power:.0%}"
+        parts.append(text + standards)
     counts = [information.n_known(design.share) for information in design.on_draws]
     known = f"Known to {100 * design.share:g} %: {after.n_known(design.share)} of {len(after.names)} coefficients"
     known += f" ({min(counts)} to {max(counts)} on boats of the prior); before the trial "
@@ -307,22 +310,19 @@ def sentence(design: DesignedTrial) -> str:
     known += f"; {n_null} combination{'s' * (n_null != 1)} of coefficients stay{'s' * (n_null == 1)} out of reach "
     parts.append(known + "whatever is flown")
     if any(design.margins):
-        n_boats, n_within = boats_within(design)
-        parts.append(f"{n_within} of {n_boats} boats that the prior holds possible keep all limits")
+        excess = np.max([margin.excess[1:] for margins in design.margins for margin in margins], axis=0)
+        n_within = np.count_nonzero(excess <= 0.0)
+        parts.append(f"{n_within} of {len(excess)} boats that the prior holds possible keep all limits")
     return ". ".join(parts) + "."
 
 
 def measure_label(design: DesignedTrial) -> str:
     """The name of :meth:`DesignedTrial.measure`."""
+    if design.judge.rival is not None:
+        return f"sds from {design.judge.rival.vehicle.name}"
     if design.asked:
         return "sd of what was asked for (% of that before)"
     return f"coefficients known to {100 * design.share:g} %"
-
-
-def boats_within(design: DesignedTrial) -> tuple[int, int]:
-    """How many boats of the prior flew, and how many of them keep all limits on all manoeuvres."""
-    excess = np.max([margin.excess[1:] for margins in design.margins for margin in margins], axis=0)
-    return len(excess), int(np.count_nonzero(excess <= 0.0))
 
 
 def search_sentences(design: DesignedTrial) -> list[str]:

@@ -45,11 +45,6 @@ class InferredForces:
     turning: np.ndarray  # (n_fine,), whether the boat turns faster than half of the time
 
     @property
-    def hull_rms(self) -> np.ndarray:
-        """(n_axes,) N, N m and m/s."""
-        return np.sqrt(np.mean(self.hull**2, axis=1))
-
-    @property
     def posterior_over_prior(self) -> np.ndarray:
         """(n_axes,) sd of the histories: one where the readings say nothing about them."""
         prior = np.mean(np.sum(self.factors**2, axis=2), axis=1)
@@ -164,7 +159,8 @@ def _of_process(problem, draws, name, given, scale) -> dict:
 
 def _axes(forces: InferredForces) -> list[dict]:
     rng, rows = np.random.default_rng(0), []
-    columns = zip(forces.axes, forces.hull_rms.tolist(), forces.posterior_over_prior.tolist(), strict=True)
+    of_hull = np.sqrt(np.mean(forces.hull**2, axis=1))
+    columns = zip(forces.axes, of_hull.tolist(), forces.posterior_over_prior.tolist(), strict=True)
     for k, (axis, hull, contraction) in enumerate(columns):
         sizes, suffix = rms(forces.draws[:, k]), _suffix(axis)
         row: dict = {"axis": axis, f"rms_{suffix}": _quantiles(sizes)}
@@ -229,24 +225,17 @@ def _axis_text(row) -> str:
             f"{MOTIONS[axis]}: not determined by these sensors (posterior sd {row['posterior_over_prior_sd']:.2f} of "
             f"the prior's), {force} by the prior"
         )
+    force += f", largest {row['largest']}" if row["largest"] else ""
     if row["share"] is None:
-        return f"{MOTIONS[axis]}: {force}" + (f", largest {row['largest']}" if row["largest"] else "")
+        return f"{MOTIONS[axis]}: {force}"
     low, middle, high = (100.0 * row["share"][key] for key in ("q5", "median", "q95"))
     what = "force" if axis in "XYZ" else "moment"
-    return f"{MOTIONS[axis]}: {middle:.2g} % ({low:.2g} to {high:.2g}) of the hull's {what}, {force}" + (
-        f", largest {row['largest']}" if row["largest"] else ""
-    )
+    return f"{MOTIONS[axis]}: {middle:.2g} % ({low:.2g} to {high:.2g}) of the hull's {what}, {force}"
 
 
 def _process_sentence(numbers) -> str:
-    texts = [
-        f"{words} {_interval(numbers[name], 's')}"
-        for name, words in (
-            ("correlation_time_s", "correlation time"),
-            ("correlation_time_current_s", "that of the current"),
-        )
-        if name in numbers
-    ]
+    times = {"correlation_time_s": "correlation time", "correlation_time_current_s": "that of the current"}
+    texts = [f"{words} {_interval(numbers[name], 's')}" for name, words in times.items() if name in numbers]
     texts[0] = texts[0][0].upper() + texts[0][1:]
     for entry in numbers["sds"]:
         axis = entry["axis"]

@@ -64,10 +64,8 @@ def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float
         equations.regressors(states, still, (controls[:, : unit.shape[1]] + sign * unit)[:, :n], vehicle.constants)
         for sign in (0.5, -0.5)
     )
-    dimensional, active = (
-        simulator.dimensional(trajectory.xi[0])[0],
-        set(equations.active(None, None, simulator.subproblem)),
-    )
+    dimensional = simulator.dimensional(trajectory.xi[0])[0]
+    active = set(equations.active(None, None, simulator.subproblem))
     changes: dict[str, float] = {}
     rest = 0.0
     columns = steady(equations)
