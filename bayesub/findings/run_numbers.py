@@ -220,8 +220,8 @@ def _baseline(problem, estimate) -> dict:
 
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
-    result = _answer(numbers) | conflicts.sentences(numbers) | rests_on.sentences(numbers["rests_on"])
-    result |= _knowledge(numbers)
+    answer, knowledge = _knowledge(numbers)
+    result = {"answer": answer} | conflicts.sentences(numbers) | rests_on.sentences(numbers["rests_on"]) | knowledge
     if text := conflicts.sensitivity_sentence(numbers["parameters"]):
         result["prior"] = text
     result |= _directions(numbers) | _strong_trade_offs(numbers) | _others_known(numbers)
@@ -243,17 +243,6 @@ def sentences(numbers: dict) -> dict[str, str]:
     return result | _search(numbers)
 
 
-def _answer(numbers) -> dict[str, str]:
-    """The answer of the trial in one sentence."""
-    rows = numbers["parameters"]
-    untouched = sum(row["contraction"] >= UNTOUCHED for row in rows)
-    known = sum(row["relative_sd"] < KNOWN and row["contraction"] < UNTOUCHED for row in rows)
-    return {
-        "answer": f"Of {len(rows)} coefficients: {known} known to {100 * KNOWN:.0f} %, {len(rows) - known - untouched} "
-        f"less well but better than before, {untouched} by the prior alone; {null_count(numbers['ranks'])}."
-    }
-
-
 def null_count(ranks: Mapping[str, Mapping[str, Any]]) -> str:
     """How many combinations change nothing, and how many hardly anything, by axis -> summary of its rank."""
     n_null = sum(rank["null_dimension"] for rank in ranks.values())
@@ -266,13 +255,19 @@ def null_count(ranks: Mapping[str, Mapping[str, Any]]) -> str:
     return text
 
 
-def _knowledge(numbers) -> dict[str, str]:
+def _knowledge(numbers) -> tuple[str, dict[str, str]]:
+    """The answer of the trial in one sentence, and which coefficients are known how well."""
     rows = sorted(numbers["parameters"], key=lambda row: row["relative_sd"])
     narrowed = [row for row in rows if row["contraction"] < UNTOUCHED]  # not what the prior has known as well before
     known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in narrowed if row["relative_sd"] < KNOWN]
     rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
     sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
     untouched = [row["name"] for row in rows if row["contraction"] >= UNTOUCHED]
+    answer = (
+        f"Of {len(rows)} coefficients: {len(known)} known to {100 * KNOWN:.0f} %, {len(narrowed) - len(known)} "
+        f"less well but better than before, {len(rows) - len(narrowed)} by the prior alone; "
+        f"{null_count(numbers['ranks'])}."
+    )
     result = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
     if known:
         result["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
@@ -283,7 +278,7 @@ def _knowledge(numbers) -> dict[str, str]:
             f"Known by the prior alone (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
             f"{', '.join(untouched)}."
         )
-    return result
+    return answer, result
 
 
 def _directions(numbers) -> dict[str, str]:
