@@ -14,6 +14,7 @@ from fnmatch import fnmatchcase
 from statistics import mean, median
 from typing import Any
 
+from bayesub.io import templates
 from bayesub.io.words import LABEL
 from bayesub.io.words import markdown as plain
 
@@ -74,20 +75,9 @@ class StudyPage:
     def text(self) -> str:
         """The page."""
         tables = "\n".join(self.tables).strip()
-        parts = [f"# {self.name.replace('_', ' ').capitalize()}", f"**{escaped(self.question)}**"]
-        parts += [escaped(self.background)] if self.background else []
-        topics = {"Claim": self.claim, "Verdict": self.verdict, "Answer": self.answer}
-        parts += [f"**{word}.** {escaped(text)}" for word, text in topics.items() if text]
-        parts += ["## Figures"] if self.pictures else []
-        for file, caption in self.pictures.items():
-            parts += [f"![{alternative(caption)}]({file})", f"*{file.rpartition('.')[0]}.* {escaped(caption)}"]
-        parts += ["## Numbers", tables] if tables else []
-        parts += ["## How", escaped(self.method)] if self.method else []
         words = " ".join([self.claim, self.answer, self.method, *self.pictures.values(), tables])
-        parts += glossary(self.coefficients, words)
-        parts += ["## Cost and code"] if self.cost or self.code else []
-        parts += [escaped(text) for text in (self.cost, self.code) if text]
-        return "\n\n".join(parts) + "\n"
+        values = {"page": self, "tables": tables, "explained": glossary(self.coefficients, words)}
+        return templates.fill("bayesub.report", "study.md", escaped=escaped, alternative=alternative, **values)
 
 
 def escaped(text: str) -> str:
