@@ -18,6 +18,7 @@ from bayesub.inference.checks.prediction import (
     predict,
 )
 from bayesub.inference.sampling import Posterior
+from bayesub.io import templates
 from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.problem.joint import JointProblem
@@ -144,7 +145,7 @@ def numbers(predictions: Sequence[TrialPrediction]) -> list[dict]:
     False alarms are shared among the trials (Bonferroni).
     """
     trials = [_numbers(prediction, FALSE_ALARMS / len(predictions)) for prediction in predictions]
-    return [trial | {"sentence": (_success if trial["predicts"] else _failure)(trial)} for trial in trials]
+    return [trial | {"sentence": _sentence(trial)} for trial in trials]
 
 
 def _numbers(prediction: TrialPrediction, false_alarms: float) -> dict:
@@ -228,46 +229,12 @@ def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str
     return {}
 
 
-def _named(trial: dict) -> str:
-    return f"{trial['name']}{' (left out)' if trial['kind'] == 'left out' else ''}"
-
-
-def _of_readings(trial: dict) -> str:
-    keys = [f"{100 * probability:g} %" for probability in INTERVALS]
-    shares = [f"{100 * trial['coverage'][key]:.0f} % within {key} bands" for key in keys]
-    return f"{trial['n_readings']} readings to {trial['last_s']:.4g} s, {' and '.join(shares)}"
-
-
-def _success(trial: dict) -> str:
-    ratio = trial["crps_over_prior"]
-    against = "" if ratio is None else f"; score (CRPS) {ratio:.2g} of the prior's"
-    if ratio is not None and ratio > 0.95:
-        against = "; no better than the prior, whose bands are as wide"
-    unconverged = "" if trial["converged"] else " (by draws that have not converged)"
-    in_doubt = trial["p_value"] < FALSE_ALARMS or trial["coverage"]["90 %"] < FEW
-    word = "is doubtful (errors as large are rare but possible)" if in_doubt else "is predicted"
-    judged = f"{word}{unconverged}: {_of_readings(trial)} (p {trial['p_value']:.2g})"
-    return f"{_named(trial)} {judged}{against}.{_lost(trial)}"
-
-
-def _failure(trial: dict) -> str:
-    if not trial["channels"]:
-        return (
-            f"{_named(trial)} is NOT PREDICTED: with {trial['failed_draws'][POSTERIOR]} of {trial['n_draws']} draws of "
-            "the posterior the boat does not complete it."
-        )
-    channel = trial["channels"][trial["worst"]]
-    unit = with_unit(channel["column"]).partition("(")[2].rstrip(")")
-    others = ", ".join(f"{by} {value:.2g}" for by, value in channel["rms"].items() if by != POSTERIOR)
-    return (
-        f"{_named(trial)} is NOT PREDICTED: {trial['worst']} is off by {channel['rms'][POSTERIOR]:.2g} {unit} rms "
-        f"({others}), and its 90 % bands are +-{channel['half_width']:.2g} {unit}; {_of_readings(trial)} "
-        f"(p {trial['p_value']:.2g}).{_lost(trial)}"
-    )
-
-
-def _lost(trial: dict) -> str:
-    return not_flown(trial["failed_draws"][POSTERIOR], trial["n_draws"], _named(trial))
+def _sentence(trial: dict) -> str:
+    """Whether a trial is predicted, and how well, by its numbers."""
+    values = {"intervals": [f"{100 * probability:g} %" for probability in INTERVALS], "with_unit": with_unit}
+    values |= {"false_alarms": FALSE_ALARMS, "few": FEW}
+    values |= {"lost": lambda what: not_flown(trial["failed_draws"][POSTERIOR], trial["n_draws"], what)}
+    return " ".join(templates.fill("bayesub.findings", "prediction.txt", trial=trial, **values).split())
 
 
 def not_flown(n_failed: int, n: int, what: str) -> str:
