@@ -91,8 +91,6 @@ class DesignedTrial:
 
     def measure(self, information: Information) -> float:
         """What is compared: known coefficients, or per cent of the sds before that are left of what was asked for."""
-        if self.judge.rival is not None:
-            return float(np.sqrt(information.apart))
         if self.asked:
             return 100.0 * float(np.exp(self.plan.goal(information)))
         return float(information.n_known(self.share))
@@ -188,7 +186,6 @@ def numbers(design: DesignedTrial) -> dict:
             for c in design.plan.family(design.kind).controls
         },
         "before": criteria(design.before, None),
-        "apart": None if judge.rival is None else {"sds": float(np.sqrt(after.apart)), "power": after.power},
         "standard": {"manoeuvre": standard.name} | criteria(given, design.unique) if given and standard else None,
         "after": criteria(after, design.structural),
         "on_boats_of_the_prior": {
@@ -293,11 +290,6 @@ def sentence(design: DesignedTrial) -> str:
         text = f"{asked.name} = {asked.value:.3g}{unit}: expected sd {after.sd_of(asked.gradient):.2g}{unit}, before "
         text += f"the trial {design.before.prior_sd_of(asked.gradient):.2g}"
         parts.append(text + ("" if given is None else f", standard manoeuvre {given.sd_of(asked.gradient):.2g}"))
-    if (rival := design.judge.rival) is not None:
-        text = f"{rival.vehicle.name} stays {np.sqrt(after.apart):.2g} sds from the readings whatever its coefficients "
-        text += f"are: a test with 1 % false alarms tells it from {design.judge.vehicle.name} with {after.power:.0%}"
-        standards = "" if given is None else f", on the standard manoeuvre with {given.power:.0%}"
-        parts.append(text + standards)
     counts = [information.n_known(design.share) for information in design.on_draws]
     known = f"Known to {100 * design.share:g} %: {after.n_known(design.share)} of {len(after.names)} coefficients"
     known += f" ({min(counts)} to {max(counts)} on boats of the prior); before the trial "
@@ -318,8 +310,6 @@ def sentence(design: DesignedTrial) -> str:
 
 def measure_label(design: DesignedTrial) -> str:
     """The name of :meth:`DesignedTrial.measure`."""
-    if design.judge.rival is not None:
-        return f"sds from {design.judge.rival.vehicle.name}"
     if design.asked:
         return "sd of what was asked for (% of that before)"
     return f"coefficients known to {100 * design.share:g} %"
