@@ -9,6 +9,7 @@ import numpy as np
 
 from bayesub.findings.missing_terms import FALSE_ALARMS, FollowedRegressor, find_followed, scores
 from bayesub.findings.set_up import AnyProblem
+from bayesub.io import templates
 from bayesub.logs.log_files import ANGLES, positions
 from bayesub.model.disturbance import CURRENTS, DISTURBED, hull_forces, unit
 from bayesub.model.equations import AXES
@@ -205,59 +206,15 @@ def sentences(numbers: dict) -> dict[str, str]:
     """The sentences of :func:`numbers`, by topic; without numbers there is none."""
     if not numbers:
         return {}
-    texts = [(trial["name"], "; ".join(map(_axis_text, trial["axes"]))) for trial in numbers["trials"]]
-    parts = [f"{name}: {text}." if name else f"{text}." for name, text in texts]
     terms = " ".join(_followed_sentence(one) for one in numbers["followed"])
     if numbers["regressors_tried"] and not terms:
         terms = (
             f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
             f"{100 * numbers['false_alarms']:g} % false alarms in all)."
         )
-    return {"disturbance": " ".join([*parts, _process_sentence(numbers)]), "missing_terms": terms}
-
-
-def _axis_text(row) -> str:
-    axis = row["axis"]
-    size = row[f"rms_{_suffix(axis)}"]
-    force = f"{size['median']:.2g} {unit(axis)} rms"
-    if row["posterior_over_prior_sd"] >= UNSEEN:
-        return (
-            f"{MOTIONS[axis]}: not determined by these sensors (posterior sd {row['posterior_over_prior_sd']:.2f} of "
-            f"the prior's), {force} by the prior"
-        )
-    force += f", largest {row['largest']}" if row["largest"] else ""
-    if row["share"] is None:
-        return f"{MOTIONS[axis]}: {force}"
-    low, middle, high = (100.0 * row["share"][key] for key in ("q5", "median", "q95"))
-    what = "force" if axis in "XYZ" else "moment"
-    return f"{MOTIONS[axis]}: {middle:.2g} % ({low:.2g} to {high:.2g}) of the hull's {what}, {force}"
-
-
-def _process_sentence(numbers) -> str:
-    times = {"correlation_time_s": "correlation time", "correlation_time_current_s": "that of the current"}
-    texts = [f"{words} {_interval(numbers[name], 's')}" for name, words in times.items() if name in numbers]
-    texts[0] = texts[0][0].upper() + texts[0][1:]
-    for entry in numbers["sds"]:
-        axis = entry["axis"]
-        sd = entry[f"sd_{_suffix(axis)}"]
-        if "value" not in sd:
-            texts.append(f"sd of {axis} {_interval(sd, unit(axis))}")
-    found, apart = numbers.get("correlation_time_s", {}), numbers["knot_interval_s"]
-    if apart > (time := found.get("median", found.get("value", np.inf))):
-        texts.append(
-            f"the knots are {apart:.3g} s apart, farther than forces stay alike, which may bias coefficients: give "
-            f"[disturbance] knot_interval_s = {0.5 * time:.2g}"
-        )
-    return f"{'; '.join(texts)}."
-
-
-def _interval(number, unit) -> str:
-    if "value" in number:
-        return f"{number['value']:.3g} {unit} (as given)"
-    return (
-        f"{number['median']:.2g} {unit} ({number['q5']:.2g} to {number['q95']:.2g}, prior "
-        f"{number['prior_q5']:.2g} to {number['prior_q95']:.2g})"
-    )
+    values = {"numbers": numbers, "motions": MOTIONS, "unseen": UNSEEN, "unit": unit, "suffix": _suffix}
+    text = templates.fill("bayesub.findings", "disturbance.txt", **values)
+    return {"disturbance": " ".join(text.split()), "missing_terms": terms}
 
 
 def _followed_sentence(one) -> str:
