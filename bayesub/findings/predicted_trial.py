@@ -110,15 +110,13 @@ def quantiles(bands: Mapping[float, np.ndarray]) -> dict[str, np.ndarray]:
     return {f"q{percent:g}": percents[percent] for percent in sorted(percents)}
 
 
-def motion_numbers(
-    motions: Mapping[str, PredictedMotion], states: tuple[str, ...], of: str, spread: tuple[str, ...]
-) -> dict:
-    """What there is to say of the motion predicted by `of`, beside the others, as JSON types, in the units of files.
+def motion_numbers(motions: Mapping[str, PredictedMotion], states: tuple[str, ...]) -> dict:
+    """What there is to say of the motion that a posterior predicts, beside others, as JSON types, in units of files.
 
-    Of each state: the median at the end, and the largest distance of the median to that of `of`; by those of `spread`
-    also half of the 90 % band, at the end and at its widest, and the same of :attr:`PredictedMotion.distance`.
+    Of each state: the median at the end, and the largest distance of the median to that of the posterior; by posterior
+    and prior half of the 90 % band, at the end and at its widest, and the same of :attr:`PredictedMotion.distance`.
     """
-    main = motions[of]
+    main = motions[POSTERIOR]
     result: dict = {
         "last_s": float(main.times[-1]),
         "draws": {by: motion.n_flown for by, motion in motions.items()},
@@ -130,7 +128,7 @@ def motion_numbers(
     if not main.is_flown:
         return result
     flown = {by: motion for by, motion in motions.items() if motion.is_flown}
-    wide = {by: motion for by, motion in flown.items() if by in spread}
+    wide = {by: motion for by, motion in flown.items() if by in (POSTERIOR, PRIOR)}
     result["distance_m"] = {
         by: {"at_end": float(m.distance[-1]), "largest": float(m.distance.max())} for by, m in wide.items()
     }
@@ -174,7 +172,7 @@ class PredictedTrial:
     @cached_property
     def numbers(self) -> dict:
         """Everything there is to say, as JSON types."""
-        motion = motion_numbers(self.motions, self.states, POSTERIOR, (POSTERIOR, PRIOR))
+        motion = motion_numbers(self.motions, self.states)
         result: dict[str, Any] = {
             "run": self.run,
             "vehicle": self.vehicle.name,

@@ -132,14 +132,9 @@ def _outliers(checks, problem):
 
 
 def _wrong_sd(side, remedy, checks, problem):
-    noise = _noise("unknown_sd", checks, problem)
-    return f"Standard deviations too {side}: {_sizes(checks)}; {remedy} the sd, or give {noise}."
-
-
-def _sizes(checks) -> str:
-    """How large the residuals of channels are beside their noise."""
     sizes = {name: f"{check.chi_square_per_reading**0.5:.2g} times" for name, check in checks.items()}
-    return f"size of residuals over that of their noise {_listed(sizes)}"
+    size, noise = f"size of residuals over that of their noise {_listed(sizes)}", _noise("unknown_sd", checks, problem)
+    return f"Standard deviations too {side}: {size}; {remedy} the sd, or give {noise}."
 
 
 def _shape(checks, problem):
