@@ -7,6 +7,7 @@ import numpy as np
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.conflict import SENSITIVE, find_conflict, sensitivity, sensitivity_noise
 from bayesub.inference.sampling import Posterior
+from bayesub.io import templates
 from bayesub.problem.distributions import Joint
 from bayesub.problem.shared_scale import SharedScale
 
@@ -69,7 +70,9 @@ def _scales(prior, names, draws):
 def sentences(numbers: dict) -> dict[str, str]:
     """A sentence on the conflict, only where there is one, and one on the scale of the prior if it is unknown."""
     found = numbers["conflict"]
-    result = {"conflict": f"{_named(found)}{_REMEDY}"} if found["found"] else {}
+    result = {}
+    if found["found"]:
+        result["conflict"] = " ".join(templates.fill("bayesub.findings", "conflict.txt", found=found).split())
     if found["scales"]:
         texts = []
         for row in found["scales"]:
@@ -81,27 +84,6 @@ def sentences(numbers: dict) -> dict[str, str]:
             )
         result["guess"] = " ".join(texts)
     return result
-
-
-_REMEDY = (
-    " With a correct prior this happens in one study of a hundred: look for a wrong sign or unit, the scale or"
-    " clock of a sensor, the scale of a rudder or of the rpm; or give the coefficient a prior of its own in"
-    ' [prior.given], or give all coefficients a common scale that the data inform (kind = "relative_hierarchical").'
-)
-
-
-def _named(found) -> str:
-    if not found["named"]:
-        return (
-            f"Prior and data agree on each coefficient by itself, but not on all together: the {found['n_directions']} "
-            f"combinations that the data determine are as far off with probability {found['probability']:.1g}."
-        )
-    rows = [
-        f"{row['name']} (posterior {' to '.join(f'{edge:.3g}' for edge in row['posterior'])}, prior "
-        f"{' to '.join(f'{edge:.3g}' for edge in row['prior'])}; {row['sds']:.1f} standard deviations apart)"
-        for row in found["named"]
-    ]
-    return f"Prior and data disagree on {', '.join(rows)}, 90 % intervals."
 
 
 def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.ndarray) -> dict[str, np.ndarray]:

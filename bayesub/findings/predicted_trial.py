@@ -261,11 +261,8 @@ def readings_table(prediction: TrialPrediction) -> Mapping[str, np.ndarray]:
     lengths = [len(channel.times) for channel in channels]
     factors = np.repeat([1.0 / si_factor(channel.quantity) for channel in channels], lengths)
     columns = {"column": np.repeat([HEADERS[channel.quantity] for channel in channels], lengths)}
-    columns |= {
-        "time_s": posterior.times,
-        "judged": posterior.judged.astype(int),
-        "reading": posterior.readings * factors,
-    }
+    columns |= {"time_s": posterior.times, "judged": posterior.judged.astype(int)}
+    columns["reading"] = posterior.readings * factors
     if posterior.is_flown:
         columns["mean"] = posterior.mean * factors
         columns |= {name: end * factors for name, end in quantiles(posterior.bands).items()}
