@@ -61,7 +61,7 @@ def test_draws_that_do_not_fly_the_log_are_counted_in_the_words(problem):
     (one,) = unseen.numbers([replace(prediction, predictions=predictions)])
     lost = f"With 7 of {one['n_draws']} draws of the posterior the boat does not complete second; they are left out."
     assert one["sentence"].endswith(lost)
-    assert unseen._failure(one).endswith(lost)
+    assert unseen._sentence(one | {"predicts": False}).endswith(lost)
 
 
 def test_trials_that_have_not_been_left_out_are_counted(problem):
