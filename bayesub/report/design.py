@@ -96,9 +96,9 @@ def _manoeuvre(design, manoeuvre, suffix, number) -> ReportFigure:
 
 
 def _draw_manoeuvre(path: Paths, design: DesignedTrial, manoeuvre: Any) -> None:
-    """The track from above and the depth of all flights, as far as they go, and the orders."""
+    """The track from above and the depth of all flights that come to their end, and the orders."""
     at, states, whole = design.plan.range.flown(manoeuvre)
-    states = np.where(whole[:, None, None], states, np.nan)  # that of the vehicle itself first
+    states = np.where(whole[:, None, None], states, np.nan)  # those of the vehicle itself first
     columns = [control.column for control in design.plan.family(design.kind).controls]
     headers = {log_files.HEADERS.get(name, name): name for name in manoeuvre.log}
     change, depth = design.plan.range.limits.depth_change_m, design.judge.vehicle.depth_m

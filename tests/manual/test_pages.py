@@ -224,9 +224,11 @@ def test_every_verdict_has_its_remedy():
 
 
 def test_messages_with_remedies_are_those_of_the_package():
-    """The words between the dots of each, in a text of the package, which may go on in the next line."""
+    """The words between the dots of each, in a text or template of the package, which may go on in the next line."""
     code = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "bayesub").rglob("*.py"))
     code = re.sub(r'"\s*\n\s*[rf]?"', "", code)
+    templates = (path.read_text(encoding="utf-8") for path in (ROOT / "bayesub" / "findings").glob("*.txt"))
+    code += " ".join(word for template in templates for word in template.split())
     tables = re.findall(r"^\| message .*\n\|[-|]+\n((?:\|.*\n)+)", page("troubleshooting"), flags=re.MULTILINE)
     messages = [row.split(" | ")[0].strip("| ") for table in tables for row in table.splitlines()]
     assert len(messages) > 20

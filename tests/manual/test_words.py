@@ -55,7 +55,7 @@ def flaws(path: Path) -> list[str]:
         pytest.param(paths, id=name)
         for name, paths in {
             "manual": [*PAGES, *OTHERS],
-            "templates": [*PACKAGE.rglob("*.html"), *PACKAGE.rglob("new_*.toml")],
+            "templates": [p for form in ("*.html", "new_*.toml", "findings/*.txt") for p in PACKAGE.rglob(form)],
             **{room.name: sorted(room.rglob("*.py")) for room in PACKAGE.iterdir() if (room / "__init__.py").exists()},
         }.items()
     ],
