@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import shlex
 import sys
 from pathlib import Path
@@ -128,6 +129,19 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
         say_rows([(line,)], indent="")
 
 
+def in_minutes(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
+    """A time with its unit in minutes."""
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d+\.?\d*) ?(s|min|h)", text.strip())
+    minutes = float(found[1]) * {"s": 1.0 / 60.0, "min": 1.0, "h": 60.0}[found[2]] if found else 0.0
+    if not 0.1 <= minutes <= 10_000.0:
+        raise InputError(
+            f"--budget {text}: expected a time of 6s or more, such as 60s, 5min or 1h", "value", "--budget"
+        )
+    return minutes
+
+
 @click.command(epilog="Example: bayesub design suboff --limits limits.toml --minutes 10 -o trial")
 @click.argument("vehicle", **VEHICLE)
 @click.option("-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for manoeuvre and page.")
@@ -170,7 +184,17 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     show_default=True,
     help="Boats over which the goal is averaged: that of the file, and others that the prior holds possible.",
 )
-@click.option("--minutes", type=click.FloatRange(0.1, 10_000), metavar="M", help="Of search; 10 if left out.")
+@click.option(
+    "--minutes", type=click.FloatRange(0.1, 10_000), metavar="M", help="Until the last answer; 10 if left out."
+)
+@click.option("--budget", callback=in_minutes, metavar="TIME", help="The same with a unit: 60s, 5min or 1h.")
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="NAME",
+    help="An instrument, channel or column that is lost, such as gps or heading; may be given several times.",
+)
+@click.option("--robust", is_flag=True, help="Average the goal over the loss of any instrument, and of any manoeuvre.")
 @click.option(
     "--judgements",
     type=click.IntRange(1),
@@ -189,6 +213,7 @@ def design(
     output: Path,
     wanted: tuple[str, ...],
     minutes: float | None,
+    budget: float | None,
     judgements: int | None,
     resume: bool,
     force: bool,
@@ -208,9 +233,11 @@ def design(
 
     if resume and force:
         raise InputError("--resume and --force exclude each other", "conflict", "--force")
-    if minutes is not None and judgements is not None:
-        raise InputError("--minutes and --judgements exclude each other", "conflict", "--minutes")
-    asked |= {"wanted": wanted or (DEFAULT,), "minutes": minutes or MINUTES, "judgements": judgements}
+    given = {"--minutes": minutes, "--budget": budget, "--judgements": judgements}
+    given = {option: value for option, value in given.items() if value is not None}
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} exclude each other", "conflict", next(iter(given)))
+    asked |= {"wanted": wanted or (DEFAULT,), "minutes": budget or minutes or MINUTES, "judgements": judgements}
     request = Request(vehicle, **asked, **plane(subproblem))
     try:
         with executor_of(dask) as executor, Bars() as bars:

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, special
 
 Goal = Callable[["Information"], float]  # of what makes it small, the least is the best
 SHARPNESS = 4.0  # with which the count of known coefficients falls about the share that is asked for
+FALSE_ALARMS = 0.01  # of telling a boat from a rival
 SHARES = (0.05, 0.10, 0.25)  # of the value, to which coefficients are counted as known
 
 
@@ -25,10 +26,11 @@ class Information:
     prior_sd: np.ndarray  # (n,), the unit of all matrices
     precision: np.ndarray  # (n, n), of the prior, the identity if it knows no correlation
     gram: np.ndarray  # (n, n), Fisher information of the readings, all else integrated out
+    apart: float = 0.0  # squared distance, in sds of the noise, from the readings of a rival boat that fits best
 
     def __add__(self, other: "Information") -> "Information":
-        """The joint information of two independent trials of the same boat."""
-        return replace(self, gram=self.gram + other.gram)
+        """The joint information of two independent trials of the same boat; a rival may fit each for itself."""
+        return replace(self, gram=self.gram + other.gram, apart=self.apart + other.apart)
 
     @cached_property
     def _factor(self) -> np.ndarray:
@@ -96,6 +98,14 @@ class Information:
         scaled = gradient * self.prior_sd
         return float(np.sqrt(scaled @ np.linalg.solve(self.precision, scaled)))
 
+    @property
+    def power(self) -> float:
+        """Probability that a test which takes one boat in a hundred for its rival tells the boat from it.
+
+        Of the ratio of likelihoods, whose logarithm is normal with the variance :attr:`apart` either way.
+        """
+        return float(special.ndtr(np.sqrt(self.apart) + special.ndtri(FALSE_ALARMS)))
+
     def with_known(self, members: Sequence[int], relative_sd: float) -> "Information":
         """The same if some coefficients, by position, had been measured to a relative sd besides."""
         precision = self.precision.copy()
@@ -125,6 +135,11 @@ def d_optimality(information: Information) -> float:
 def a_optimality(information: Information) -> float:
     """Logarithm of the mean variance."""
     return float(np.log(information.a_optimality))
+
+
+def distance(information: Information) -> float:
+    """Minus the logarithm of the distance from a rival, in sds."""
+    return -0.5 * float(np.log(max(information.apart, np.finfo(float).tiny)))
 
 
 class EOptimality:

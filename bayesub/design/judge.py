@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
 import numpy as np
+from scipy import linalg
 from scipy.special import ndtr
 
 from bayesub.design.information import Information
@@ -24,7 +25,7 @@ from bayesub.problem.priors import CoefficientPrior, relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors.measurement import unread
 from bayesub.sensors.record import Record
-from bayesub.sensors.sensor import Sensor
+from bayesub.sensors.sensor import Sensor, channel_name
 
 _ACCURATE = 0.02  # relative change of an expected sd by half the step
 _COARSEST, _HALVINGS = 0.25, 8  # of the time in which the boat travels its length
@@ -48,6 +49,7 @@ class Judge:
     subproblem: str | None = None
     draws: np.ndarray | None = None  # (n_draws, n_terms) coefficient sets; by default the values of the vehicle alone
     step_s: float | None = None  # of integration; by default that of :meth:`accurate_step`, which takes judgements
+    rival: "Judge | None" = None  # of a boat with other equations, from which this one is to be told by its readings
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -91,6 +93,16 @@ class Judge:
         """The expected information of a manoeuvre, at each of :attr:`sets`."""
         return Sensed(self, manoeuvre, self.step_s or self.accurate_step(manoeuvre)).information()
 
+    def losses(self, manoeuvre: Manoeuvre) -> list[list[Information]]:
+        """As :meth:`information` with all instruments, and then without each, if there are several."""
+        sensed = Sensed(self, manoeuvre, self.step_s or self.accurate_step(manoeuvre))
+        instruments = {channel_name(one.quantity): one.instrument or one.column for one in self.sensors}
+        of_readings = np.empty(len(sensed.times), dtype=object)
+        for channel, rows in sensed.rows.items():
+            of_readings[rows] = instruments[channel]
+        lost = sorted(set(instruments.values())) if len(set(instruments.values())) > 1 else []
+        return [sensed.information(), *(sensed.information(of_readings != name) for name in lost)]
+
     def accurate_step(self, manoeuvre: Manoeuvre) -> float:
         """The longest step, s, of which a half changes no expected sd by more than two per cent."""
         step = _COARSEST * self.vehicle.length_m / self.vehicle.speed_mps
@@ -107,9 +119,9 @@ class Judge:
         """The information of the prior, before any trial."""
         return self._information(np.zeros((len(self.names), len(self.names))))
 
-    def _information(self, gram) -> Information:
+    def _information(self, gram, apart=0.0) -> Information:
         prior_sd, precision = self._known
-        return Information(self.names, self.values, prior_sd, precision, gram)
+        return Information(self.names, self.values, prior_sd, precision, gram, apart)
 
     @cached_property
     def _known(self) -> tuple[np.ndarray, np.ndarray]:
@@ -135,17 +147,32 @@ class Sensed:
         problem = self._problem
         self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
         self._jacobians = []  # (n_rows, n_params) derivatives of readings over their sds by parameters in prior sds
+        self._misses = []  # (n_readings,) of the rival over the sds, and its Jacobian
+        rival = None
+        if judge.rival is not None:
+            rival = Sensed(replace(judge.rival, sensors=judge.sensors, noise=judge.noise), manoeuvre, step_s)
         for xi in judge.sets:
             parameters = problem.prior.mean.copy()
             parameters[: problem.n_coefficients] = xi[judge.columns[self._places]]
             with np.errstate(invalid="ignore"):  # what an unknown noise learns of itself takes readings
                 self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
+            if rival is not None:
+                self._misses.append(rival.miss(problem.predicted(parameters[None])[0]))
 
     def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
         """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""
-        return [self._of(jacobian, readings) for jacobian in self._jacobians]
+        misses = self._misses or [None] * len(self._jacobians)
+        return [self._of(*pair, readings) for pair in zip(self._jacobians, misses, strict=True)]
 
-    def _of(self, jacobian, readings):
+    def miss(self, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """By how much (n_readings,) others are missed, over the sds, and the Jacobian (n_readings, n_params)."""
+        problem, xi = self._problem, self.judge.vehicle.xi
+        parameters = problem.prior.mean.copy()
+        parameters[: problem.n_coefficients] = xi[problem.columns]
+        missed = problem.weighed(parameters, (readings - problem.predicted(parameters[None])[0])[:, None])[:, 0]
+        return missed, self._jacobians[0][: len(readings)]
+
+    def _of(self, jacobian, miss, readings):
         jacobian = jacobian[: len(self.times)]
         jacobian = jacobian if readings is None else jacobian[readings]
         n = self._problem.n_coefficients
@@ -154,7 +181,17 @@ class Sensed:
             by_coefficients = integrated_out(by_coefficients, jacobian[:, n:])
         gram = np.zeros((len(self.judge.names),) * 2)
         gram[np.ix_(self._places, self._places)] = by_coefficients.T @ by_coefficients
-        return self.judge._information(gram if is_sound(gram) else np.zeros_like(gram))
+        apart = 0.0 if miss is None else _distance(*(part if readings is None else part[readings] for part in miss))
+        return self.judge._information(gram if is_sound(gram) else np.zeros_like(gram), apart)
+
+
+def _distance(missed, jacobian) -> float:
+    """Least |missed - J b|^2 + |b|^2: what no parameters b within their prior explain; zero for a flight that fails."""
+    if not (np.isfinite(missed).all() and np.isfinite(jacobian).all()):
+        return 0.0
+    n = jacobian.shape[1]
+    rows, wanted = np.vstack([jacobian, np.eye(n)]), np.concatenate([missed, np.zeros(n)])
+    return float(np.sum((wanted - rows @ linalg.lstsq(rows, wanted)[0]) ** 2))
 
 
 def is_sound(gram: np.ndarray) -> bool:

@@ -15,7 +15,7 @@ from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle
 
-N_DRAWS = 32  # of the prior, that fly a manoeuvre
+N_DRAWS = 128  # of the prior, that fly a manoeuvre
 _SAMPLES = 300  # of a flight, at which limits are judged
 Percent = Annotated[float, pydantic.Field(ge=0.0, le=200.0)]
 Share = Annotated[float, pydantic.Field(ge=0.0, le=1.0)]
@@ -50,7 +50,8 @@ class Limits(Section):
     max_speed_mps: Positive | None = None
     range_north_m: Positive | None = None  # size of the area
     range_east_m: Positive | None = None
-    share_of_draws: Share = 0.0  # share of the boats that the prior holds possible that must keep all limits too
+    # Share of the drawn boats that must keep all limits too. A search finds what suits these: of others one in fifty less.
+    share_of_draws: Share = 0.97
 
     @property
     def of_controls(self) -> dict[str, float]:
@@ -109,6 +110,13 @@ class Range:
     def __init__(self, vehicle: Vehicle, limits: Limits, draws: np.ndarray, subproblem: str | None, step_s: float):
         self.vehicle, self.limits, self.subproblem, self.step_s = vehicle, limits, subproblem, step_s
         self.sets = np.vstack([vehicle.xi[None], draws])
+        self.n_wanted = int(np.ceil(limits.share_of_draws * len(draws)))  # of the draws, that must keep all limits
+
+    def allow(self, straight: Manoeuvre) -> None:
+        """Ask of no more draws to keep all limits than keep them in straight flight, unless the limits say how many."""
+        if "share_of_draws" not in self.limits.model_fields_set:
+            within = np.all([margin.excess[1:] <= 0.0 for margin in self.margins(straight)], axis=0)
+            self.n_wanted = min(self.n_wanted, int(np.sum(within)))
 
     def flown(self, manoeuvre: Manoeuvre) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times (n_times,), states (n_flights, n_times, 12) and whether each flight (n_flights,) came to its end."""
@@ -146,9 +154,8 @@ class Range:
         """Zero within all limits; otherwise how far beyond, flights summed as far as they are asked for."""
         beyond = np.max([np.zeros(len(self.sets)), *(np.minimum(m.excess, 10.0) for m in margins)], axis=0)
         total = beyond[0]
-        wanted = int(np.ceil(self.limits.share_of_draws * (len(beyond) - 1)))
-        if wanted:
-            total += np.sort(beyond[1:])[:wanted].mean()
+        if self.n_wanted:
+            total += np.sort(beyond[1:])[: self.n_wanted].mean()
         return float(total)
 
     def refuse(self, straight: Manoeuvre) -> None:

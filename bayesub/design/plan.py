@@ -126,6 +126,7 @@ class Plan:
     n_trials: int  # manoeuvres of the set
     seed: int
     folder: Path  # for the costs of each family, from which a search continues
+    robust: bool = False  # as of :class:`bayesub.design.search.Cost`
     mapped: Mapped = map  # as :func:`map`, possibly over processes
 
     def family(self, kind: str) -> Family:
@@ -136,7 +137,7 @@ class Plan:
 
     def cost(self, kind: str) -> Cost:
         """The cost of a set of manoeuvres of a family."""
-        return Cost(self.judge, self.range, (self.family(kind),) * self.n_trials, self.goal)
+        return Cost(self.judge, self.range, (self.family(kind),) * self.n_trials, self.goal, self.robust)
 
     def pace(self) -> float:
         """Seconds of a judgement, in as many processes as there are."""

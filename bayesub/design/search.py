@@ -5,6 +5,7 @@ are a hundred numbers and more, and a generation asks for a dozen or two of mano
 but its seed and the costs that it has been given, so that a search continues from the costs on file.
 """
 
+import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +22,7 @@ from bayesub.io.errors import InputError
 from bayesub.io.terminal import Progress
 from bayesub.model.manoeuvres import Manoeuvre
 
-BEYOND = 100.0  # cost of a share of a limit beyond it
+BEYOND = 100.0  # cost of a manoeuvre beyond a limit, and as much again for each share of the limit that it is beyond
 OUTSIDE = 1e3  # cost of a manoeuvre that no boat flies
 SIGMA = 0.5
 
@@ -34,6 +35,7 @@ class Cost:
     range: Range
     families: tuple[Family, ...]
     goal: Goal
+    robust: bool = False  # whether the goal is averaged over the loss of any instrument and of any of the manoeuvres
 
     @property
     def n_dims(self) -> int:
@@ -53,14 +55,18 @@ class Cost:
         return zip(self.families, np.split(numbers, ends[:-1]), strict=True)
 
     def __call__(self, numbers: np.ndarray) -> float:
-        """What the goal says of all manoeuvres together, on average over the coefficient sets, plus the penalty."""
+        """What the goal says of all manoeuvres together, on average over sets and losses, plus the penalty."""
         manoeuvres = self.manoeuvres(numbers)
         penalty = sum(self.range.penalty(self.range.margins(manoeuvre)) for manoeuvre in manoeuvres)
         if penalty > 1.0:
             return OUTSIDE + BEYOND * penalty
-        information = [self.judge.information(manoeuvre) for manoeuvre in manoeuvres]
-        goal = np.mean([self.goal(sum(rest, first)) for first, *rest in zip(*information, strict=True)])
-        return float(goal + BEYOND * penalty)
+        if self.robust:
+            cases = list(zip(*map(self.judge.losses, manoeuvres), strict=True))
+            cases += itertools.combinations(cases[0], len(manoeuvres) - 1) if len(manoeuvres) > 1 else []
+        else:
+            cases = [tuple(map(self.judge.information, manoeuvres))]
+        goal = np.mean([self.goal(sum(rest, first)) for case in cases for first, *rest in zip(*case, strict=True)])
+        return float(goal + (BEYOND * (1.0 + penalty) if penalty > 0.0 else 0.0))
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,8 @@ class DesignedTrial:
         if self.standard is None:
             return None
         (information,) = replace(self.judge, draws=None).information(self.standard)
-        return replace(information, gram=len(self.manoeuvres) * information.gram)
+        n = len(self.manoeuvres)
+        return replace(information, gram=n * information.gram, apart=n * information.apart)
 
     @property
     def share(self) -> float:
@@ -91,6 +92,8 @@ class DesignedTrial:
 
     def measure(self, information: Information) -> float:
         """What is compared: known coefficients, or per cent of the sds before that are left of what was asked for."""
+        if self.judge.rival is not None:
+            return float(np.sqrt(information.apart))
         if self.asked:
             return 100.0 * float(np.exp(self.plan.goal(information)))
         return float(information.n_known(self.share))
@@ -186,6 +189,7 @@ def numbers(design: DesignedTrial) -> dict:
             for c in design.plan.family(design.kind).controls
         },
         "before": criteria(design.before, None),
+        "apart": None if judge.rival is None else {"sds": float(np.sqrt(after.apart)), "power": after.power},
         "standard": {"manoeuvre": standard.name} | criteria(given, design.unique) if given and standard else None,
         "after": criteria(after, design.structural),
         "on_boats_of_the_prior": {
@@ -290,6 +294,11 @@ def sentence(design: DesignedTrial) -> str:
         text = f"{asked.name} = {asked.value:.3g}{unit}: expected sd {after.sd_of(asked.gradient):.2g}{unit}, before "
         text += f"the trial {design.before.prior_sd_of(asked.gradient):.2g}"
         parts.append(text + ("" if given is None else f", standard manoeuvre {given.sd_of(asked.gradient):.2g}"))
+    if (rival := design.judge.rival) is not None:
+        text = f"{rival.vehicle.name} stays {np.sqrt(after.apart):.2g} sds from the readings whatever its coefficients "
+        text += f"are: a test with 1 % false alarms tells it from {design.judge.vehicle.name} with {after.power:.0%}"
+        standards = "" if given is None else f" (standard manoeuvre: {np.sqrt(given.apart):.2g} sds, {given.power:.0%})"
+        parts.append(text + standards)
     counts = [information.n_known(design.share) for information in design.on_draws]
     known = f"Known to {100 * design.share:g} %: {after.n_known(design.share)} of {len(after.names)} coefficients"
     known += f" ({min(counts)} to {max(counts)} on boats of the prior); before the trial "
@@ -310,6 +319,8 @@ def sentence(design: DesignedTrial) -> str:
 
 def measure_label(design: DesignedTrial) -> str:
     """The name of :meth:`DesignedTrial.measure`."""
+    if design.judge.rival is not None:
+        return f"sds from {design.judge.rival.vehicle.name}"
     if design.asked:
         return "sd of what was asked for (% of that before)"
     return f"coefficients known to {100 * design.share:g} %"

@@ -98,7 +98,9 @@ class Option:
     def family(self) -> Family:
         """The steps of this option, as many orders a minute whatever the duration."""
         vehicle = self.vehicle()
-        limits = usual_limits(vehicle).model_copy(update={"duration_s": DURATION_S} | self.limits)
+        limits = usual_limits(vehicle).model_copy(
+            update={"duration_s": DURATION_S, "share_of_draws": 0.0} | self.limits
+        )
         limits = Limits(**limits.model_dump(exclude_none=True) | _sizes(vehicle))
         chosen: tuple[Control, ...] = tuple(c for c in controls(vehicle, limits) if c.column in self.moved)
         n_knots = round(KNOTS * limits.duration_s / DURATION_S)

@@ -247,6 +247,10 @@ BAD = {
     "no family": ("--family curve", "unknown", "--family"),
     "curves for a helmsman": ("--limits helmsman.toml --family curves", "conflict", "--family"),
     "time twice": ("--minutes 1", "conflict", "--minutes"),
+    "budget and minutes": ("--budget 60s", "conflict", "--budget"),
+    "no time": ("--budget soon", "value", "--budget"),
+    "a sensor that is not there": ("--without gps", "unknown", "--without"),
+    "no sensor is left": ("--without dvl --without ins", "missing", "--without"),
     "resume and force": ("--resume --force", "conflict", "--force"),
     "nothing to resume": ("--resume", "state", "--resume"),
     "no run": ("--after nowhere", "state", "config.toml"),
@@ -314,6 +318,20 @@ def test_a_quantity_first(folder, bayesub):
     assert {v["name"] for v in numbers["towing_tank"]} <= {c["name"] for c in numbers["coefficients"]}
 
 
+def test_what_is_lost_is_not_used(folder, bayesub):
+    """Without the Doppler log nothing is known of drag; a design that is robust says so, and keeps its time."""
+    files = ("--limits", "limits.toml", "--sensors", "sensors.toml")
+    options = (*files, "--family", "standard", "--subproblem", "horizontal")
+    status, out, err = bayesub("design", "auv690", *options, "--without", "dvl", "--budget", "6s", "-o", "lost")
+    assert status == 0, err
+    assert "sensors: r sd 0.01 deg/s every 1 s\n" in out
+    lost = json.loads((folder / "lost" / "design.json").read_text())
+    assert not any("u_ground" in name for name in lost["by_sensor"])
+    status, out, err = bayesub("design", "auv690", *options, "--robust", "--judgements", 160, "-o", "robust")
+    assert status == 0, err
+    assert "on average over the loss of any instrument" in " ".join(out.split())
+
+
 @pytest.mark.slow
 def test_after_a_first_trial(folder, bayesub, finished):
     """The posterior of a run is the prior; a run that is not finished or has not converged is refused."""
@@ -322,6 +340,7 @@ def test_after_a_first_trial(folder, bayesub, finished):
     status, out, err = bayesub("design", "auv690", *options, "-o", "second")
     assert status == 0, err
     assert "the posterior of first of 3 coefficients" in out
+    assert "(those of first)" in out, "its sensors"
     numbers = json.loads((folder / "second" / "design.json").read_text())
     posterior = posterior_file.load(folder / "first" / "posterior.nc")
     for coefficient in numbers["coefficients"]:

@@ -2,7 +2,7 @@
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -153,12 +153,27 @@ def cost():
     return Cost(judge, Range(boat, limits, boat.xi[None], None, 2.0), (family, family), goals.Known(0.1))
 
 
+def test_the_robust_cost_is_the_mean_over_everything_and_each_loss(cost, rng):
+    """As judges without the track and without the Doppler log say, and of either manoeuvre alone."""
+    numbers = 0.2 * np.concatenate([family.start(rng) for family in cost.families])
+    manoeuvres, robust = cost.manoeuvres(numbers), replace(cost, robust=True)
+    penalty = sum(cost.range.penalty(cost.range.margins(each)) for each in manoeuvres)
+    goals_of = []
+    for lost in (None, "track", "dvl"):
+        judge = replace(cost.judge, sensors=tuple(s for s in cost.judge.sensors if s.instrument != lost))
+        (one,), (other,) = map(judge.information, manoeuvres)
+        goals_of += [cost.goal(part) for part in ([one + other] if lost else [one + other, one, other])]
+    assert robust(numbers) == pytest.approx(np.mean(goals_of) + (BEYOND * (1.0 + penalty) if penalty else 0.0), rel=1e-9)
+    assert robust(numbers) > cost(numbers)
+
+
 def test_the_cost_of_a_set_is_the_goal_of_all_its_trials_together(cost, rng):
     numbers = 0.2 * np.concatenate([family.start(rng) for family in cost.families])
     first, second = cost.manoeuvres(numbers)
     (one,), (other,) = cost.judge.information(first), cost.judge.information(second)
     penalties = [cost.range.penalty(cost.range.margins(each)) for each in (first, second)]
-    assert cost(numbers) == pytest.approx(cost.goal(one + other) + BEYOND * sum(penalties), rel=1e-12)
+    beyond = BEYOND * (1.0 + sum(penalties)) if any(penalties) else 0.0
+    assert cost(numbers) == pytest.approx(cost.goal(one + other) + beyond, rel=1e-12)
     assert penalties == [0.0, 0.0]
 
 

@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,26 +22,31 @@ from bayesub.findings.designed_trial import DesignedTrial, structural
 from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
-from bayesub.io.errors import InputError
+from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress, duration
 from bayesub.io.words import measured
 from bayesub.logs.log_files import write_log
-from bayesub.model.manoeuvres import load_manoeuvre
+from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.problem.problem import channel_noises
 from bayesub.report import design as report
-from bayesub.study.after.finished_run import finished_run
+from bayesub.sensors import unread
+from bayesub.sensors.sensor import channel_name
+from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.provenance import CODE, copies, of_request
+from bayesub.study.run.prepare import present
+from bayesub.study.run.prescribed import judge_of_next
 from bayesub.study.run.run import interruptions
 from bayesub.study.run.run_folder import open_folder
 from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors
 
-DEFAULT, MINUTES = "known:10", 10.0
+DEFAULT, MINUTES, APART = "known:10", 10.0, "apart:"
 OPTIMALITY = {
     "D": "a small volume of the posterior (D-optimality)",
     "A": "small variances on average (A-optimality)",
     "E": "the least known direction that is not null known best (E-optimality)",
 }
-FIRST_S = 25.0  # of searches before the first answer
+FIRST_S, FIRST_SHARE = 25.0, 0.25  # before the first answer, of a long time and of a short one
 COSTS, PACE = "costs", "pace.json"
 
 
@@ -49,17 +55,20 @@ class Request:
     """What is asked of a design."""
 
     vehicle: str  # built-in name or path
-    wanted: tuple[str, ...] = (DEFAULT,)  # ``known:10``, ``D``, ``A``, ``E``, coefficients or quantities
+    # ``known:10``, ``D``, ``A``, ``E``, ``apart:`` and another vehicle, coefficients or quantities
+    wanted: tuple[str, ...] = (DEFAULT,)
     sensors: Path | None = None  # file
     limits: Path | None = None  # file
     after: Path | None = None  # folder of a run
     families: tuple[str, ...] = ()  # by default all that can be followed
     trials: int = 1  # manoeuvres designed together
-    minutes: float = MINUTES  # of search
+    minutes: float = MINUTES  # from the start to the last answer
     judgements: int | None = None  # manoeuvres to judge, in place of the minutes
     seed: int = 0
     subproblem: str | None = None
     boats: int = 1  # over which the goal is averaged: that of the file, and others that the prior holds possible
+    without: tuple[str, ...] = ()  # instruments or channels that are lost
+    robust: bool = False  # whether the goal is averaged over the loss of any instrument and of any manoeuvre
 
     def config(self) -> dict:
         """The files and settings that the result depends on."""
@@ -70,7 +79,9 @@ class Request:
         """Name -> file of what is asked for, as far as it is files."""
         vehicle = Path(self.vehicle) if toml_files.is_path(self.vehicle) else None
         after = None if self.after is None else self.after / "posterior.nc"
-        return {str(file): file for file in (vehicle, self.sensors, self.limits, after) if file is not None}
+        rivals = [Path(name.removeprefix(APART)) for name in self.wanted if name.startswith(APART)]
+        rivals = [path for path in rivals if toml_files.is_path(str(path))]
+        return {str(file): file for file in (vehicle, self.sensors, self.limits, after, *rivals) if file is not None}
 
 
 @dataclass(frozen=True)
@@ -92,7 +103,8 @@ def pose(request: Request) -> Question:
     """
     vehicle = load_vehicle(request.vehicle)
     subproblem = vehicle.equations.subproblem(request.subproblem)
-    known = None if request.after is None else known_before(request.after, vehicle)
+    run = None if request.after is None else run_before(request.after, vehicle)
+    known = None if run is None else KnownBefore.by(run.posterior, vehicle)
     vehicle = vehicle if known is None else known.vehicle(vehicle)
     limits = usual_limits(vehicle) if request.limits is None else load_limits(request.limits)
     file = usual_sensors(vehicle, subproblem) if request.sensors is None else read_design(request.sensors)
@@ -103,8 +115,12 @@ def pose(request: Request) -> Question:
     random, draws = (np.random.default_rng(s) for s in np.random.SeedSequence(request.seed).spawn(2))
     manoeuvres = tried(of_kinds.values(), random)
     family = next(iter(of_kinds.values()))
-    judge = file.judge(vehicle, family, manoeuvres[0], request.sensors, () if known is None else known.names)
-    judge = judge if known is None else known.judge(judge)
+    if run is not None and request.sensors is None:
+        judge = replace(judge_of_next(run.setup(), run.posterior)[0], subproblem=subproblem)
+    else:
+        judge = file.judge(vehicle, family, manoeuvres[0], request.sensors, () if known is None else known.names)
+        judge = judge if known is None else known.judge(judge)
+    judge = without(judge, request.without, manoeuvres[0]) if request.without else judge
     judge = replace(judge, step_s=min(judge.accurate_step(one) for one in manoeuvres[:2]))
     sets = drawn(judge, N_DRAWS, draws) if known is None else known.sets(judge.vehicle, N_DRAWS, draws)
     if request.boats > 1:
@@ -112,19 +128,31 @@ def pose(request: Request) -> Question:
     flights = Range(judge.vehicle, limits, sets, subproblem, judge.step_s)
     if request.limits is not None:
         flights.refuse(family.straight())
+    flights.allow(family.straight())
+    rivals = [name.removeprefix(APART) for name in request.wanted if name.startswith(APART)]
+    if rivals:
+        vehicle_of = load_vehicle(rivals[0])
+        if len({tuple(m.column for m in one.actuators.members) for one in (vehicle, vehicle_of)}) > 1:
+            text = f"--for {APART}{rivals[0]}: '{vehicle_of.name}' has other controls than '{vehicle.name}', and would "
+            raise InputError(f"{text}not fly the same manoeuvre; give them the same [[actuators]]", "conflict", "--for")
+        judge = replace(judge, rival=file.judge(vehicle_of, family, manoeuvres[0], request.sensors))
     goal, asked, meaning = goal_of(request.wanted, judge, flights, of_kinds)
     refuse_uninformed(judge, manoeuvres, {one.name: one.gradient for one in asked})
+    of_set = " and of any manoeuvre" if request.trials > 1 else ""
+    usual = "the usual ones, as none are given" if run is None else f"those of {request.after}"
     words = {
-        "goal": meaning + (f", on average over {request.boats} boats of the prior" if request.boats > 1 else ""),
-        "sensors": _sensors(judge) + ("" if request.sensors else " (the usual ones, as none are given)"),
-        "limits": _limits(limits, request),
+        "goal": meaning
+        + (f", on average over {request.boats} boats of the prior" if request.boats > 1 else "")
+        + (f", on average over the loss of any instrument{of_set}" if request.robust else ""),
+        "sensors": _sensors(judge) + ("" if request.sensors else f" ({usual})"),
+        "limits": f"{_limits(limits, request)}; kept by {flights.n_wanted} of {len(sets)} boats of the prior at least",
         "prior": _prior(file, request, judge),
     }
     return Question(judge, flights, of_kinds, goal, asked, words)
 
 
-def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
-    """Read the posterior of a run of a study in TOML.
+def run_before(folder: Path, vehicle: Vehicle) -> FinishedRun:
+    """The run of a study in TOML whose posterior is known before a trial.
 
     InputError for a folder that is no run, a run that has not finished or not converged, and one of another vehicle.
     """
@@ -140,7 +168,24 @@ def known_before(folder: Path, vehicle: Vehicle) -> KnownBefore:
     if flown.name != vehicle.name or flown.equations != vehicle.equations:
         text = f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat"
         raise InputError(text, "conflict", "--after")
-    return KnownBefore.by(run.posterior, vehicle)
+    return run
+
+
+def without(judge: Judge, lost: Sequence[str], manoeuvre: Manoeuvre) -> Judge:
+    """A judge without some instruments, channels or columns, and what belongs to these.
+
+    InputError for one that it does not have, and if none is left.
+    """
+    names = [{s.instrument, channel_name(s.quantity), s.column} - {None} for s in judge.sensors]
+    for name in lost:
+        check_known(name, set().union(*names), f"--without {name}: is not there", key="--without")
+    left = tuple(s for s, known in zip(judge.sensors, names, strict=True) if known.isdisjoint(lost))
+    if not left:
+        raise InputError("--without leaves no sensor to design for; give others with --sensors", "missing", "--without")
+    channels = unread(left, manoeuvre.duration).channels
+    noise = {c.name: judge.noise[c.name] for c in channels if c.name in judge.noise}
+    nuisance = present(dict(judge.nuisance), judge.vehicle, manoeuvre, channels, channel_noises(channels, noise))
+    return replace(judge, sensors=left, noise=noise, nuisance=nuisance)
 
 
 def drawn(judge: Judge, n: int, rng: np.random.Generator) -> np.ndarray:
@@ -155,7 +200,7 @@ def goal_of(
     wanted: tuple[str, ...], judge: Judge, flights: Range, of_kinds: dict[str, Family]
 ) -> tuple[goals.Goal, tuple[Asked, ...], str]:
     """The goal of what is asked for, what is asked for by name, and the goal in words."""
-    criteria = [word for word in wanted if word in OPTIMALITY or word.startswith("known")]
+    criteria = [word for word in wanted if word in OPTIMALITY or word.startswith(("known", APART))]
     if criteria and len(wanted) > 1:
         what = f"--for {' --for '.join(wanted)}: contradict each other"
         raise InputError(f"{what}; give one criterion, or names of coefficients and quantities", "conflict", "--for")
@@ -163,6 +208,8 @@ def goal_of(
         asked = tuple(asked_by_name(name, judge, (DEFAULT, *OPTIMALITY)) for name in dict.fromkeys(wanted))
         return goals.Sharpest([one.gradient for one in asked]), asked, ", ".join(one.name for one in asked)
     (word,) = criteria
+    if judge.rival is not None:
+        return goals.distance, (), f"to tell {judge.vehicle.name} from {judge.rival.vehicle.name}"
     if word == "D":
         goal = goals.d_optimality
     elif word == "A":
@@ -196,18 +243,21 @@ def _sensors(judge: Judge) -> str:
 
 
 def _limits(limits: Limits, request: Request) -> str:
-    parts = [measured(key, value) for key, value in limits.model_dump(exclude_none=True).items()]
+    parts = [
+        measured(key, value) for key, value in limits.model_dump(exclude={"share_of_draws"}, exclude_none=True).items()
+    ]
     return ", ".join(parts) + ("" if request.limits else " (the usual ones, as none are given)")
 
 
 def _prior(file, request: Request, judge: Judge) -> str:
     n = len(judge.names)
     if request.after is not None:
-        return f"the posterior of {request.after} of {n} coefficients; the others are held"
-    text = f"{n} coefficients, " + (
-        f"each to {100 * PRIOR_SD:g} % of its value" if file.prior is None else f"prior {file.prior.kind}"
-    )
-    others = [*file.nuisance, *(() if file.disturbance is None else [f"forces on {' '.join(file.disturbance.axes)}"])]
+        text = f"the posterior of {request.after} of {n} coefficients; the others are held"
+    else:
+        known = f"each to {100 * PRIOR_SD:g} % of its value" if file.prior is None else f"prior {file.prior.kind}"
+        text = f"{n} coefficients, {known}"
+    forces = [] if judge.disturbance is None else [f"forces on {' '.join(judge.disturbance.axes)}"]
+    others = [*judge.nuisance, *forces]
     return text + (f"; unknown besides: {', '.join(others)}" if others else "")
 
 
@@ -238,16 +288,20 @@ def design(
     with opened as config, interruptions(folder):
         (folder / COSTS).mkdir(exist_ok=True)
         judged = (question.judge, question.range, question.families, question.goal)
-        plan = Plan(*judged, request.trials, request.seed, folder / COSTS, (executor or executors.local()).map)
+        asked_of = (request.trials, request.seed, folder / COSTS, request.robust)
+        plan = Plan(*judged, *asked_of, (executor or executors.local()).map)
         n_families, file = len(plan.families), folder / PACE
         if request.judgements is not None:
             budget = of_total(request.judgements, n_families)
         else:
             if not file.exists():  # the pace is measured once for all sessions of a folder
                 progress.stage("pace")
-                write_text(file, json.dumps({"seconds_a_judgement": plan.pace()}))
-            pace = json.loads(file.read_text(encoding="utf-8"))["seconds_a_judgement"]
-            budget = of_time(60.0 * request.minutes, FIRST_S, pace, n_families)
+                pace = {"seconds_a_judgement": plan.pace(), "seconds_before": time.perf_counter() - began}
+                write_text(file, json.dumps(pace))
+            pace = json.loads(file.read_text(encoding="utf-8"))
+            left = 60.0 * request.minutes - pace["seconds_before"]
+            first = min(FIRST_S - pace["seconds_before"], FIRST_SHARE * left)
+            budget = of_time(left, first, pace["seconds_a_judgement"], n_families)
         content = {}
         for stage, searches in plan.stages(budget, progress):
             progress.stage(f"page of {stage}")

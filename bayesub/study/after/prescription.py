@@ -46,4 +46,5 @@ def prescribe(
         return found, None
     sets = KnownBefore.by(run.posterior, vehicle).sets(judge.vehicle, N_DRAWS, np.random.default_rng(seed))
     flights = Range(judge.vehicle, within, sets, plane, judge.step_s)
+    flights.allow(next(iter(kinds.values())).straight())
     return with_manoeuvre(found, kinds, flights, seed, progress)

@@ -67,7 +67,7 @@ def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
         "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors'), a "
-        "disturbance (no 'disturbance') nor limits (no 'share_of_draws')",
+        "disturbance (no 'disturbance') nor limits (no 'min_rpm_percent')",
         "format",
     )
 
@@ -175,6 +175,7 @@ _KINDS: dict[str, Callable[[Path], Examined]] = {
     "sensors": _instruments,
     "disturbance": _disturbance_file,
     "share_of_draws": _limits,
+    "min_rpm_percent": _limits,
 }
 
 

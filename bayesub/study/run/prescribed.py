@@ -9,6 +9,7 @@ from bayesub.design.judge import Judge
 from bayesub.design.knowledge import KnownBefore
 from bayesub.design.prescription import Prescription, prescribe
 from bayesub.inference.sampling import Posterior
+from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.sensors import flat
 from bayesub.sensors.sensor import channel_name
 from bayesub.study.run.prepare import Setup
@@ -20,6 +21,12 @@ def prescription(setup: Setup, posterior: Posterior, wanted: Sequence[str] = ())
 
     InputError for a name that is not known, and draws of which a coefficient is always the same.
     """
+    judge, manoeuvre = judge_of_next(setup, posterior)
+    return prescribe(judge, manoeuvre, wanted, [section.name for section in setup.study.derived])
+
+
+def judge_of_next(setup: Setup, posterior: Posterior) -> tuple[Judge, Manoeuvre]:
+    """The judge of a next trial, read as the last one of a study, whose prior is a posterior; and that manoeuvre."""
     study, vehicle = setup.study, setup.vehicle
     *_, (name, posed, _) = setup.problem.each_trial(posterior.best)
     (sections,) = (sections for one, _, sections in study.each_trial() if one == name)
@@ -36,4 +43,4 @@ def prescription(setup: Setup, posterior: Posterior, wanted: Sequence[str] = ())
         known.vehicle(vehicle), tuple(sensors), known.names, nuisance=trial.nuisance, noise=noise,
         disturbance=setup.disturbance, subproblem=trial.manoeuvre.subproblem, step_s=posed.simulator.step,
     )  # fmt: skip
-    return prescribe(known.judge(judge), trial.manoeuvre, wanted, [section.name for section in study.derived])
+    return known.judge(judge), trial.manoeuvre
