@@ -115,6 +115,17 @@ class Judge:
             step, before = 0.5 * step, after
         return step
 
+    def alike(self) -> "Judge":
+        """The rival with the same sensors, at sets that differ from its boat as the sets do from the boat."""
+        assert self.rival is not None
+        own, other = self.vehicle, self.rival.vehicle
+        sets = np.tile(other.xi, (len(self.sets), 1))
+        shared = [name for name in self.rival.names if name in own.equations.index]
+        columns, others = own.equations.columns(shared), other.equations.columns(shared)
+        has = own.xi[columns] != 0.0
+        sets[:, others[has]] *= self.sets[:, columns[has]] / own.xi[columns[has]]
+        return replace(self.rival, sensors=self.sensors, noise=self.noise, draws=sets)
+
     def empty(self) -> Information:
         """The information of the prior, before any trial."""
         return self._information(np.zeros((len(self.names), len(self.names))))
@@ -147,30 +158,27 @@ class Sensed:
         problem = self._problem
         self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
         self._jacobians = []  # (n_rows, n_params) derivatives of readings over their sds by parameters in prior sds
-        self._misses = []  # (n_readings,) of the rival over the sds, and its Jacobian
-        rival = None
-        if judge.rival is not None:
-            rival = Sensed(replace(judge.rival, sensors=judge.sensors, noise=judge.noise), manoeuvre, step_s)
-        for xi in judge.sets:
+        self._parameters = []  # (n_params,)
+        # (n_readings,) of the rival over the sds, and its Jacobian
+        self._misses: list[tuple[np.ndarray, np.ndarray] | None] = []
+        rival = None if judge.rival is None else Sensed(judge.alike(), manoeuvre, step_s)
+        for k, xi in enumerate(judge.sets):
             parameters = problem.prior.mean.copy()
             parameters[: problem.n_coefficients] = xi[judge.columns[self._places]]
+            self._parameters.append(parameters)
             with np.errstate(invalid="ignore"):  # what an unknown noise learns of itself takes readings
                 self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
-            if rival is not None:
-                self._misses.append(rival.miss(problem.predicted(parameters[None])[0]))
+            self._misses.append(None if rival is None else rival.miss(k, problem.predicted(parameters[None])[0]))
 
     def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
         """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""
-        misses = self._misses or [None] * len(self._jacobians)
-        return [self._of(*pair, readings) for pair in zip(self._jacobians, misses, strict=True)]
+        return [self._of(*pair, readings) for pair in zip(self._jacobians, self._misses, strict=True)]
 
-    def miss(self, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """By how much (n_readings,) others are missed, over the sds, and the Jacobian (n_readings, n_params)."""
-        problem, xi = self._problem, self.judge.vehicle.xi
-        parameters = problem.prior.mean.copy()
-        parameters[: problem.n_coefficients] = xi[problem.columns]
-        missed = problem.weighed(parameters, (readings - problem.predicted(parameters[None])[0])[:, None])[:, 0]
-        return missed, self._jacobians[0][: len(readings)]
+    def miss(self, k: int, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """By how much the set k misses other readings (n_readings,), over their sds, and its Jacobian."""
+        at = self._parameters[k]
+        missed = self._problem.weighed(at, (readings - self._problem.predicted(at[None])[0])[:, None])[:, 0]
+        return missed, self._jacobians[k][: len(readings)]
 
     def _of(self, jacobian, miss, readings):
         jacobian = jacobian[: len(self.times)]

@@ -50,7 +50,7 @@ class Limits(Section):
     max_speed_mps: Positive | None = None
     range_north_m: Positive | None = None  # size of the area
     range_east_m: Positive | None = None
-    # Share of the drawn boats that must keep all limits too. A search finds what suits these: of others one in fifty less.
+    # Share of the drawn boats that must keep all limits too. A search finds what suits these; of others fewer do.
     share_of_draws: Share = 0.97
 
     @property

@@ -249,3 +249,37 @@ def test_an_unknown_parameter_of_a_noise_model_learns_nothing_without_readings(b
     (held,) = judge_of(boat, noise=noise).information(manoeuvre)
     (inferred,) = judge_of(boat, noise=noise, nuisance={"dof_yaw": dof}).information(manoeuvre)
     np.testing.assert_allclose(inferred.gram, held.gram, rtol=1e-9)
+
+
+def lacking(boat, name):
+    """The boat without one coefficient, and the others to infer."""
+    xi = boat.xi.copy()
+    xi[boat.equations.columns([name])] = 0.0
+    return replace(boat, xi=xi), tuple(one for one in FREE if one != name)
+
+
+def test_a_rival_is_as_far_as_its_best_fit_to_noise_free_readings(boat, manoeuvre):
+    """That of a search from afar; of a manoeuvre that does not move the planes a rival without their force is none."""
+    rival, free = lacking(boat, "Kup")
+    told = judge_of(boat, rival=judge_of(rival, free=free)).information(manoeuvre)[0]
+    record = bs.simulate(boat, manoeuvre, dt=STEP)
+    quiet = bs.observe(record, [replace(s, sd=1e-9 * s.sd) for s in SENSORS], np.random.default_rng(1))
+    quiet = bs.Record(tuple(replace(channel, sd=1e9 * channel.sd) for channel in quiet.channels))
+    problem = bs.Problem(rival, manoeuvre, quiet, free=free, prior=PRIOR, dt=STEP)
+    fit = bs.baselines.posterior_mode(problem, rng=np.random.default_rng(2))
+    assert told.apart == pytest.approx(fit.costs[0], rel=0.02)
+    assert told.apart > 1.0
+    turn = replace(bs.load_manoeuvre("horizontal", boat), subproblem=None)
+    rival, free = lacking(boat, "Muu_ds")
+    judge = judge_of(boat, free=(*FREE, "Muu_ds"), rival=judge_of(rival))
+    assert judge.information(turn)[0].apart == pytest.approx(0.0, abs=1e-9)
+    assert judge.information(turn)[0].power == pytest.approx(0.01)
+
+
+def test_distances_of_trials_add_up_and_a_lost_channel_brings_the_rival_nearer(boat, manoeuvre):
+    rival, free = lacking(boat, "Kup")
+    judge = judge_of(boat, rival=judge_of(rival, free=free))
+    sensed = Sensed(judge, manoeuvre, STEP)
+    (whole,), (part,) = sensed.information(), sensed.information(sensed.times < 200.0)
+    assert 0.0 < part.apart < whole.apart
+    assert (whole + part).apart == whole.apart + part.apart

@@ -163,7 +163,9 @@ def test_the_robust_cost_is_the_mean_over_everything_and_each_loss(cost, rng):
         judge = replace(cost.judge, sensors=tuple(s for s in cost.judge.sensors if s.instrument != lost))
         (one,), (other,) = map(judge.information, manoeuvres)
         goals_of += [cost.goal(part) for part in ([one + other] if lost else [one + other, one, other])]
-    assert robust(numbers) == pytest.approx(np.mean(goals_of) + (BEYOND * (1.0 + penalty) if penalty else 0.0), rel=1e-9)
+    assert robust(numbers) == pytest.approx(
+        np.mean(goals_of) + (BEYOND * (1.0 + penalty) if penalty else 0.0), rel=1e-9
+    )
     assert robust(numbers) > cost(numbers)
 
 
