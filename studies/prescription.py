@@ -130,7 +130,7 @@ def apart_design(_):
 
 def differences(design, k):
     """Trial -> kind of boat -> by how much worse the rival's equations fit its record, as minus twice log densities."""
-    judge, vehicles = judges_apart()
+    _, vehicles = judges_apart()
     rng = np.random.default_rng([SEED, 2, k])
     vehicle = vehicles["boat"]
     family = families(vehicle, usual_limits(vehicle), (), PLANE)[design["kind"]]
@@ -140,10 +140,10 @@ def differences(design, k):
         flown, result[trial] = replace(manoeuvre, subproblem=PLANE), {}
         for kind, true in vehicles.items():
             xi = of_prior(true, free_of(true), flown, rng)
-            motion = bs.simulate(replace(true, xi=xi), flown, dt=judge.step_s / FINER)
+            motion = bs.simulate(replace(true, xi=xi), flown, dt=STEP_S / FINER)
             record, costs = bs.observe(motion, SENSORS, rng), {}
             for fitted, own in vehicles.items():
-                problem = bs.Problem(own, flown, record, free=free_of(own), prior=PRIOR, dt=judge.step_s)
+                problem = bs.Problem(own, flown, record, free=free_of(own), prior=PRIOR, dt=STEP_S)
                 costs[fitted] = float(bs.baselines.posterior_mode(problem, rng=rng).costs[0])
             result[trial][kind] = costs["rival"] - costs["boat"]
     return result

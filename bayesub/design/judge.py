@@ -7,12 +7,14 @@ normal noise of the same expected information (:func:`expected_sd`).
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import linalg
 from scipy.special import ndtr
 
 from bayesub.design.information import Information
+from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.identifiability.fisher import integrated_out
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre
@@ -79,10 +81,20 @@ class Judge:
         """(n_draws, n_terms) coefficient sets over which a criterion is averaged."""
         return self.vehicle.xi[None] if self.draws is None else self.draws
 
-    def problem(self, manoeuvre: Manoeuvre, step_s: float) -> Problem:
-        """The inference problem of a trial that has not been flown; it has Jacobians, and no likelihood."""
+    def problem(self, manoeuvre: Manoeuvre, step_s: float, readings: np.ndarray | None = None) -> Problem:
+        """The inference problem of a trial that has not been flown; it has Jacobians, and no likelihood.
+
+        Unless it is given readings (n_readings,), those of one channel after those of another.
+        """
         channels = unread(self.sensors, manoeuvre.duration).channels
-        record = Record(tuple(replace(c, sd=expected_sd(c.sd, c.resolution), resolution=0.0) for c in channels))
+        ends = np.cumsum([len(c.times) for c in channels])
+        values = [c.values for c in channels] if readings is None else np.split(readings, ends[:-1])
+        record = Record(
+            tuple(
+                replace(c, values=own, sd=expected_sd(c.sd, c.resolution), resolution=0.0)
+                for c, own in zip(channels, values, strict=True)
+            )
+        )
         manoeuvre = replace(manoeuvre, subproblem=self.subproblem)
         return Problem(
             self.vehicle, manoeuvre, record, free=self.names, prior=self.prior, nuisance=dict(self.nuisance), dt=step_s,
@@ -115,8 +127,8 @@ class Judge:
             step, before = 0.5 * step, after
         return step
 
-    def alike(self) -> "Judge":
-        """The rival with the same sensors, at sets that differ from its boat as the sets do from the boat."""
+    def alike(self) -> np.ndarray:
+        """(n_draws, n_terms) coefficients of the rival, which differ from its values as the sets do from the boat's."""
         assert self.rival is not None
         own, other = self.vehicle, self.rival.vehicle
         sets = np.tile(other.xi, (len(self.sets), 1))
@@ -124,7 +136,7 @@ class Judge:
         columns, others = own.equations.columns(shared), other.equations.columns(shared)
         has = own.xi[columns] != 0.0
         sets[:, others[has]] *= self.sets[:, columns[has]] / own.xi[columns[has]]
-        return replace(self.rival, sensors=self.sensors, noise=self.noise, draws=sets)
+        return sets
 
     def empty(self) -> Information:
         """The information of the prior, before any trial."""
@@ -158,29 +170,21 @@ class Sensed:
         problem = self._problem
         self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
         self._jacobians = []  # (n_rows, n_params) derivatives of readings over their sds by parameters in prior sds
-        self._parameters = []  # (n_params,)
-        # (n_readings,) of the rival over the sds, and its Jacobian
-        self._misses: list[tuple[np.ndarray, np.ndarray] | None] = []
-        rival = None if judge.rival is None else Sensed(judge.alike(), manoeuvre, step_s)
-        for k, xi in enumerate(judge.sets):
-            parameters = problem.prior.mean.copy()
-            parameters[: problem.n_coefficients] = xi[judge.columns[self._places]]
-            self._parameters.append(parameters)
+        for xi in judge.sets:
+            parameters = _at(problem, judge.columns[self._places], xi)
             with np.errstate(invalid="ignore"):  # what an unknown noise learns of itself takes readings
                 self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
-            self._misses.append(None if rival is None else rival.miss(k, problem.predicted(parameters[None])[0]))
+        self._fits = (
+            [None] * len(judge.sets)
+            if judge.rival is None
+            else [_fits(judge, manoeuvre, step_s, *pair) for pair in zip(judge.sets, judge.alike(), strict=True)]
+        )
 
     def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
         """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""
-        return [self._of(*pair, readings) for pair in zip(self._jacobians, self._misses, strict=True)]
+        return [self._of(*pair, readings) for pair in zip(self._jacobians, self._fits, strict=True)]
 
-    def miss(self, k: int, readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """By how much the set k misses other readings (n_readings,), over their sds, and its Jacobian."""
-        at = self._parameters[k]
-        missed = self._problem.weighed(at, (readings - self._problem.predicted(at[None])[0])[:, None])[:, 0]
-        return missed, self._jacobians[k][: len(readings)]
-
-    def _of(self, jacobian, miss, readings):
+    def _of(self, jacobian, fits, readings):
         jacobian = jacobian[: len(self.times)]
         jacobian = jacobian if readings is None else jacobian[readings]
         n = self._problem.n_coefficients
@@ -189,17 +193,59 @@ class Sensed:
             by_coefficients = integrated_out(by_coefficients, jacobian[:, n:])
         gram = np.zeros((len(self.judge.names),) * 2)
         gram[np.ix_(self._places, self._places)] = by_coefficients.T @ by_coefficients
-        apart = 0.0 if miss is None else _distance(*(part if readings is None else part[readings] for part in miss))
+        apart = 0.0
+        if fits is not None:
+            own, rival = (one.least(slice(None) if readings is None else readings) for one in fits)
+            apart = max(0.0, rival - own)
         return self.judge._information(gram if is_sound(gram) else np.zeros_like(gram), apart)
 
 
-def _distance(missed, jacobian) -> float:
-    """Least |missed - J b|^2 + |b|^2: what no parameters b within their prior explain; zero for a flight that fails."""
-    if not (np.isfinite(missed).all() and np.isfinite(jacobian).all()):
-        return 0.0
-    n = jacobian.shape[1]
-    rows, wanted = np.vstack([jacobian, np.eye(n)]), np.concatenate([missed, np.zeros(n)])
-    return float(np.sum((wanted - rows @ linalg.lstsq(rows, wanted)[0]) ** 2))
+class _Fit(NamedTuple):
+    """The best fit to readings without noise, of p parameters."""
+
+    residuals: np.ndarray  # (n_readings,)
+    jacobian: np.ndarray  # (n_readings, p) by coordinates in which the prior is standard normal
+    standard: np.ndarray  # (p,) these coordinates
+
+    def least(self, readings: np.ndarray | slice) -> float:
+        """The least sum of squares of residuals and coordinates, if some readings are all there is; one step away."""
+        n = len(self.standard)
+        rows = np.vstack([self.jacobian[readings], np.eye(n)])
+        ends = np.concatenate([self.residuals[readings], self.standard])
+        return float(np.sum((ends - rows @ linalg.lstsq(rows, ends)[0]) ** 2))
+
+
+def _fits(judge: Judge, manoeuvre: Manoeuvre, step_s: float, xi: np.ndarray, alike: np.ndarray):
+    """The fits of a judge's boat and of its rival to what a boat with the coefficients xi (n_terms,) shows.
+
+    The rival's search begins at the coefficients `alike`. None where a flight fails.
+    """
+    assert judge.rival is not None
+    rival = replace(judge.rival, sensors=judge.sensors, noise=judge.noise)
+    problem = judge.problem(manoeuvre, step_s)
+    true = _at(problem, problem.columns, xi)
+    readings, fits = problem.predicted(true[None])[0], []
+    if not np.isfinite(readings).all():
+        return None
+    for one, own in ((judge, xi), (rival, alike)):
+        fitted = one.problem(manoeuvre, step_s, readings)
+        start = _at(fitted, fitted.columns, own)
+        try:
+            values = gauss_newton(fitted, start).values
+        except ValueError:
+            return None
+        standard = fitted.prior.standard(values)
+        jacobian = fitted.prior.chain(fitted.jacobian(values), standard)
+        residuals = fitted.residuals(values[None])[0]
+        fits.append(_Fit(residuals[: len(readings)], jacobian[: len(readings)], standard))
+    return fits
+
+
+def _at(problem: Problem, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """(n_params,) parameters of a problem with coefficients of a set (n_terms,), by their columns."""
+    parameters = problem.prior.mean.copy()
+    parameters[: problem.n_coefficients] = xi[columns]
+    return parameters
 
 
 def is_sound(gram: np.ndarray) -> bool:
