@@ -5,9 +5,9 @@ towing tank would leave of the sds of what is asked for, by exact Jacobians at t
 are flown, fitted, prescribed for, flown again as prescribed, and fitted with both trials. Are the promises kept? And
 does a trial that is designed to tell two sets of equations apart, one without the drag of sway, tell them apart?
 Claim: for nine boats in ten the sds that are reached are within 10 % of the promised ones, in the mean over the five
-coefficients asked for, whichever way is gone; and nine single sds in ten are within 20 %. The share of boats that the
-designed trial tells from boats of the other equations is within 10 % of the promised power, and larger than that of a
-zig-zag.
+coefficients asked for, whichever way is gone; and nine single sds in ten are within 20 %. The share of boats that a
+trial tells from boats of the other equations is the promised power or more, less 10 % at most, and the designed trial
+tells more of them than a zig-zag.
 Cost: ten minutes on two cores.
 """
 
@@ -272,7 +272,7 @@ def claims(numbers):
     yield numbers["converged"] == 1.0, f"{1.0 - numbers['converged']:.0%} of the posteriors have not converged"
     for trial, row in numbers.get("apart", {"trials": {}})["trials"].items():
         yield (
-            abs(row["measured"] - row["promised"]) <= KEPT,
+            row["measured"] >= row["promised"] - KEPT,
             f"{trial}: tells {row['measured']:.0%} apart, promised {row['promised']:.0%}",
         )
     if "apart" in numbers:
