@@ -27,6 +27,7 @@ COMMANDS = {
     "report": ("Infer", "finished:report", "Draw figures and report of a run again"),
     "predict": ("Use", "finished:predict", "Predict another manoeuvre or a log by a run"),
     "next": ("Use", "finished:next_", "Say what to measure or fly next, and what it promises"),
+    "update": ("Use", "finished:update", "Fit one more log of the boat of a run"),
     "export": ("Use", "finished:export", "Write a posterior as vehicle file, draws or table"),
     "compare": ("Use", "finished:compare", "Set the posteriors of several runs side by side"),
     "manual": ("Learn", "learn:manual", "Show a page of the manual"),

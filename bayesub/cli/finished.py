@@ -1,6 +1,7 @@
-"""The commands that take up finished runs: `report`, `next`, `export`, `predict` and `compare`."""
+"""The commands that take up finished runs: `report`, `next`, `update`, `export`, `predict` and `compare`."""
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ import click
 from bayesub.cli import arguments
 from bayesub.cli.arguments import MANOEUVRE, PATH, plane
 from bayesub.cli.run import end, tell
-from bayesub.io.terminal import Bars, console, say, say_rows
+from bayesub.io.errors import InputError
+from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, say, say_rows
 
 SIMULATORS = ("mss", "mss-json", "pvs", "gazebo", "stonefish", "holoocean")
 FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATORS)
@@ -129,6 +131,40 @@ def predict(
             of_run = f" ({run})" if verdict == numbers["verdict"] else ""
             say(in_words(verdict, numbers["shortcomings"] if of_run else ()) + of_run)
     end(numbers["outcome"])
+
+
+@click.command(epilog="Example: bayesub update runs/trial second_dive.csv -o runs/two_trials")
+@click.argument("run", type=PATH, metavar="RUN")
+@click.argument("log", type=PATH, metavar="LOG")
+@click.option("-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder of the new run.")
+@click.option("--resume", is_flag=True, help="Continue an interrupted update, bit for bit.")
+@arguments.force_option
+@arguments.pdf_option
+@arguments.verbose_option
+def update(run: Path, log: Path, output: Path, resume: bool, force: bool, pdf: bool, verbose: bool) -> None:
+    """Fit one more LOG of the boat of the run in the folder RUN, together with the trials of that run.
+
+    The log is read like the last trial of the run: the same sensors, what is unknown of each trial, and columns that
+    are not used. Nothing of the former posterior is approximated, and baselines are not searched. DIR is a run like any
+    other, which the next log updates again.
+
+    The exit status is that of the verdict on the new run.
+    """
+    from bayesub.study.after.update import updated
+    from bayesub.study.run.run import RunInterrupted
+    from bayesub.study.run.run import run as run_study
+
+    if resume and force:
+        raise InputError("--resume and --force exclude each other", "conflict", "--force")
+    study = updated(run, log)
+    try:
+        with Bars() as bars:
+            result = run_study(study, output, resume=resume, force=force, pdf=pdf, progress=bars)
+    except RunInterrupted:
+        again = shlex.join(["bayesub", "update", str(run), str(log), "-o", str(output), "--resume"])
+        complain(f"interrupted; what is done is saved, continue with: {again}", INTERRUPTED)
+    tell(result, verbose=verbose)
+    end(result.verdict)
 
 
 @click.command("next", epilog="Example: bayesub next runs/quickstart --for Yuv --for Nuv -o next.csv")
