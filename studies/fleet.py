@@ -23,8 +23,10 @@ from bayesub.report import markdown
 from bayesub.report.plots import style
 
 VEHICLE, PLANE, SEED, STEP_S, FINER = "suboff", "horizontal", 45, 0.5, 10
-# Relative sds: of the prior, of the mean of a class and of its boats; and of strangers, in sds of boats.
-WIDE, CLASS_SD, SPREAD, STRANGE = 0.25, 0.15, 0.10, 3.0
+# Relative sds: of the mean of a class, of its boats about it, and of a boat of which no sister is known; and of
+# strangers, in sds of boats.
+WIDE, SPREAD, STRANGE = 0.25, 0.10, 3.0
+ALONE = float(np.hypot(WIDE, SPREAD))
 SENSORS = (bs.sensors.Track(0.5, 0.1, interval_s=1.0, channels=("x", "y", "yaw")),)
 RICH = (
     *SENSORS,
@@ -79,7 +81,7 @@ def of_class(k):
     names = [name for name in HORIZONTAL if vehicle.xi[vehicle.equations.columns([name])[0]] != 0.0]
     columns = vehicle.equations.columns(names)
     sizes = np.abs(vehicle.xi[columns])
-    middle = vehicle.xi[columns] + CLASS_SD * sizes * rng.standard_normal(len(names))
+    middle = vehicle.xi[columns] + WIDE * sizes * rng.standard_normal(len(names))
 
     def logged(spread, sensors, name=PLANE):
         """Coefficients (n,) of a boat that comes to the end, and its record."""
@@ -99,7 +101,7 @@ def of_class(k):
 
     kits = [(RICH, name) for name in MANOEUVRES] + [(SENSORS,)] * N_SISTERS
     truths, records = zip(*(logged(SPREAD, *kit) for kit in kits), strict=True)
-    alone = [sampled(record, priors.relative_normal(WIDE)) for record in records]
+    alone = [sampled(record, priors.relative_normal(ALONE)) for record in records]
     axes = np.array([name[0] for name in names])
     told = [likelihood(draws) for _, draws in alone]
     spreads, mean, covariance = inferred_class(told[:N_KNOWN], axes, rng)
@@ -112,7 +114,7 @@ def of_class(k):
         true = (truths[k_boat] - vehicle.xi[columns]) / sizes
         result["boats"].append({"alone": judged(alone[k_boat][1], true), "pooled": judged(pooled, true)})
         result["converged"] &= posterior.converged
-    others = [sampled(logged(STRANGE * SPREAD, SENSORS)[1], priors.relative_normal(WIDE)) for _ in range(N_STRANGERS)]
+    others = [sampled(logged(STRANGE * SPREAD, SENSORS)[1], priors.relative_normal(ALONE)) for _ in range(N_STRANGERS)]
     strange = [likelihood(draws) for _, draws in others]
     for key, boats in (("sisters", told[N_KNOWN:]), ("strangers", strange)):
         result[key] = [tail(boat, mean, covariance) for boat in boats]
@@ -122,7 +124,7 @@ def of_class(k):
 def likelihood(draws):
     """What a log says by itself, as precision and shift, in values of the vehicle: posterior over prior, as normal."""
     precision = np.linalg.inv(np.cov(draws.T))
-    return precision - np.eye(len(precision)) / WIDE**2, precision @ draws.mean(axis=0)
+    return precision - np.eye(len(precision)) / ALONE**2, precision @ draws.mean(axis=0)
 
 
 def inferred_class(told, axes, rng):
@@ -171,7 +173,7 @@ def prior_of(names, mean, covariance):
     one_each = {name: priors.normal(float(m), float(s)) for name, m, s in zip(names, mean, sds, strict=True)}
     matrix = covariance / np.outer(sds, sds)
     pairs = [(names[i], names[j], float(matrix[i, j])) for i in range(len(names)) for j in range(i)]
-    return priors.Given(priors.relative_normal(WIDE), one_each, tuple(pairs))
+    return priors.Given(priors.relative_normal(ALONE), one_each, tuple(pairs))
 
 
 def judged(draws, true):
