@@ -299,6 +299,9 @@ def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
     if "compilation" in numbers:
         seconds = [(name, f"{taken:.2f}") for name, taken in numbers["compilation"].items()]
         shown["Compilation, from an empty cache"] = [("what", "s of a processor"), *seconds]
+    if "run" in numbers:
+        seconds = [(name, f"{taken:.2f}") for name, taken in numbers["run"].items()]
+        shown["A run of the spiral, all compiled"] = [("part", "s"), *seconds]
     return shown
 
 

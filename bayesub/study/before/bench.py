@@ -33,6 +33,7 @@ from bayesub.problem import likelihoods
 from bayesub.problem.priors import relative_normal
 from bayesub.problem.problem import Problem
 from bayesub.sensors import Track, observe
+from bayesub.study.new import study
 
 TIMES = np.linspace(0.0, 600.0, 601)  # s
 BATCH = 256
@@ -154,6 +155,31 @@ def starts() -> dict[str, float]:
         return {name: timeit.timeit(run, number=1) for name in ("cold_s", "warm_s")}
 
 
+def parts_of_a_run() -> dict[str, float]:
+    """Time (s) by part of the run of a new study of the spiral, in a Python of its own; the last is the whole."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "spiral.toml")
+        file.write_text(study.simulated("spiral", file, "suboff", "horizontal"), encoding="utf-8")
+        imports = timeit.timeit(partial(with_python, "-c", "import bayesub.study.run.infer"), number=1)
+        command = [sys.executable, "-m", "bayesub", "run", str(file), "-o", f"{folder}/run"]
+        whole = timeit.timeit(
+            partial(subprocess.run, command, stdout=subprocess.PIPE, stderr=subprocess.PIPE), number=1
+        )
+        numbers = json.loads(Path(folder, "run", "numbers.json").read_text(encoding="utf-8"))
+    seconds, sampling = dict(numbers["seconds"]), numbers["seconds"]["sampling"]
+    flying, before = numbers["cost"]["simulation_seconds"], seconds.pop("all before the report")
+    del seconds["sampling"]
+    return {
+        "imports": imports,
+        **seconds,
+        "sampling: flying and derivatives": flying,
+        "sampling: searches, surrogate and moves": sampling - flying,
+        "findings": before - sum(seconds.values()) - sampling,
+        "figures and page": whole - before - imports,
+        "all": whole,
+    }
+
+
 def compilations() -> dict[str, float]:
     """Processor time (s) of compiling, by name: sets of equations and their sub-problems, then loops."""
 
@@ -187,7 +213,7 @@ def run(*, quick: bool = False) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as cache:
         file = Path(cache, "seconds.json")
         with_python("-m", "bayesub.study.before.bench", str(file), NUMBA_CACHE_DIR=cache)
-        return numbers | starts() | {"compilation": json.loads(file.read_text())}
+        return numbers | starts() | {"compilation": json.loads(file.read_text()), "run": parts_of_a_run()}
 
 
 if __name__ == "__main__":
