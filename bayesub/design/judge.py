@@ -51,7 +51,7 @@ class Judge:
     subproblem: str | None = None
     draws: np.ndarray | None = None  # (n_draws, n_terms) coefficient sets; by default the values of the vehicle alone
     step_s: float | None = None  # of integration; by default that of :meth:`accurate_step`, which takes judgements
-    rival: "Judge | None" = None  # of a boat with other equations, from which this one is to be told by its readings
+    rival: "Judge | None" = None  # of a boat with other equations, from which the readings are to distinguish this one
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from bayesub.problem.nuisance import INITIAL
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.schema.sensor_section import FAULTS
 from bayesub.study.schema.study_file import Study
-from bayesub.study.schema.trial_section import TrialKeys, named_after
+from bayesub.study.schema.trial_section import CheckSection, TrialKeys
 from bayesub.study.sources import file_digest
 
 FIRST = "first"  # trial of a run that had one
@@ -33,7 +33,7 @@ def updated(folder: Path, log: Path) -> Study:
     last, taken = trials[-1], [trial["name"] for trial in trials]
     new = {key: value for key, value in last.items() if key not in ("manoeuvre", "truth", "window_s")}
     new["nuisance"] = {name: one for name, one in last.get("nuisance", {}).items() if "value" not in one}
-    name = named_after(log)
+    name = CheckSection(data=str(log)).name
     new["name"] = next(n for n in (name, *(f"{name}_{k}" for k in range(2, len(taken) + 3))) if n not in taken)
     new["data"] = str(log)
     if "manoeuvre" in last:  # which was simulated: a log has faults of its own

@@ -160,11 +160,6 @@ class TrialSection(TrialKeys):
                 raise InputError(text, "conflict")
 
 
-def named_after(file: Path) -> str:
-    """The name of a trial that is read from a file."""
-    return re.sub(r"[^A-Za-z0-9_-]", "_", file.stem)
-
-
 class InstrumentsFile(Section):
     """The instruments of a boat and the current in which it flies, for ``bayesub simulate --sensors``."""
 
@@ -207,7 +202,7 @@ class CheckSection(TrialSection):
         if not isinstance(content, dict) or content.get("name"):
             return content
         source = content.get("data") or content.get("manoeuvre")
-        return content | {"name": named_after(Path(str(source)))} if source else content
+        return content | {"name": re.sub(r"[^A-Za-z0-9_-]", "_", Path(str(source)).stem)} if source else content
 
     def nuisances(self, of_study: dict[str, PriorOfOne]) -> dict[str, PriorOfOne]:
         """What is unknown in this log: its own, and those of the study but for the start of the fitted log."""
