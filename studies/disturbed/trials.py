@@ -37,6 +37,7 @@ _DRAWS, _ROUNDS = 200, (2, 40)  # of importance sampling
 # Effective draws. With a hundred, sds of 24 parameters were a fifth too small.
 _ENOUGH, _TOO_FEW = 400.0, 20.0
 _NEAR = 0.3  # effective part of draws, with which the response to forces that was fitted to them is kept
+_MISSED = 1.3  # of squared residuals and coordinates, over readings, of a search that misses these
 _FREEDOM = 8.0  # of the t distributions that propose
 _FEW = 3.0  # effective draws for each parameter, with which the next proposal is half theirs
 _LEAST_CORRELATED = 0.1  # correlation of neighbouring residuals that is slow noise
@@ -232,7 +233,7 @@ def integrated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, floa
     Parameters
     ----------
     coefficients : dict of str to float
-        Where one search for the mode begins; the other begins in the middle of the prior.
+        Where a second search for the mode begins if the first, from the middle of the prior, misses the readings.
     """
     marginal, centre, laplace = _marginal(problem, coefficients)
     covariance = laplace
@@ -290,8 +291,10 @@ def approximated(problem: Problem, xi: np.ndarray, coefficients: Mapping[str, fl
 def _marginal(problem, coefficients):
     """The marginal problem, its mode in scaled coordinates, and the covariance there."""
     known = problem.with_wide_process()
-    searches = [gauss_newton(known, start) for start in (with_histories(known, coefficients), None)]
-    search = min(searches, key=lambda estimate: estimate.costs[0])
+    search = gauss_newton(known)
+    if search.costs[0] > _MISSED * len(problem.readings):
+        other = gauss_newton(known, with_histories(known, coefficients))
+        search = min(search, other, key=lambda estimate: estimate.costs[0])
     marginal, mode = marginal_mode(problem, with_process(problem, search))
     centre = marginal.prior.scaled(mode)
     jacobian = marginal.prior.scaled_chain(marginal.jacobian(mode), centre)
