@@ -1,4 +1,4 @@
-"""What data fix where they do not fix coefficients: the shortest weighted sums that are known to one per cent.
+"""What data fix where they do not fix coefficients: short weighted sums, and quotients, known to one per cent.
 
 Null and sloppy directions say what is not known; these sums say what is, and may be quoted. Of coefficients with the
 posterior mean m and covariance C the sum with weights ``C^-1 m`` is known best, to a relative sd of ``1 / sqrt(m' C^-1
@@ -60,7 +60,9 @@ def known_sums(
                     continue
                 found.append(set(members))
                 taken.append(vector)
-                rows.append(_row(axis, {names[k]: float(vector[k]) for k in members}, draws @ vector))
+                named = {names[k]: float(vector[k]) for k in members}
+                formula = " ".join(_part(name, weight) for name, weight in named.items()).removeprefix("+ ")
+                rows.append(_row(axis, formula, draws @ vector) | {"weights": named})
     return rows
 
 
@@ -73,13 +75,11 @@ def _implied(taken, vector, covariance):
     return np.linalg.lstsq(by_prior @ before.T, by_prior @ vector, rcond=None)[0] @ before
 
 
-def _row(axis, weights, values):
+def _row(axis, formula, values):
     q5, q95 = np.quantile(values, [0.05, 0.95])
-    row = {"mean": values.mean(), "sd": values.std(ddof=1), "q5": q5, "q95": q95}
-    numbers = {key: float(value) for key, value in row.items()}
-    formula = " ".join(_part(name, weight) for name, weight in weights.items()).removeprefix("+ ")
-    relative = abs(numbers["sd"] / numbers["mean"])
-    return {"axis": axis, "formula": formula, "weights": weights} | numbers | {"relative_sd": relative}
+    numbers = {"mean": values.mean(), "sd": values.std(ddof=1), "q5": q5, "q95": q95}
+    numbers["relative_sd"] = abs(numbers["sd"] / numbers["mean"])
+    return {"axis": axis, "formula": formula} | {key: float(value) for key, value in numbers.items()}
 
 
 def _part(name, weight):
@@ -87,12 +87,36 @@ def _part(name, weight):
     return f"{'-' if weight < 0.0 else '+'} {factor}{name}"
 
 
+def known_quotients(
+    names: Sequence[str], axes: Sequence[str], draws: np.ndarray, prior_draws: np.ndarray
+) -> list[dict]:
+    """The quotients of two numbers of an axis that are known to one per cent, where neither is; the best first.
+
+    `names`, `axes`: of the n numbers, coefficients or masses less an added mass; `draws`, `prior_draws`: (n_draws, n).
+    That a/b and b/c are known says so of a/c, which is left out. Rows as of :func:`known_sums`, with no weights.
+    """
+    found = []
+    steady = np.all(draws > 0.0, axis=0) | np.all(draws < 0.0, axis=0)
+    known = draws.std(axis=0) <= KNOWN * np.abs(draws.mean(axis=0))
+    for above, below in combinations([k for k in range(len(names)) if steady[k] and not known[k]], 2):
+        if axes[above] == axes[below]:
+            values, before = (one[:, above] / one[:, below] for one in (draws, prior_draws))
+            lower, upper = np.quantile(before, [0.16, 0.84])  # which a denominator near zero leaves finite
+            if values.std() <= min(KNOWN * abs(values.mean()), _LEARNED * 0.5 * (upper - lower)):
+                found.append((values.std() / abs(values.mean()), above, below, values))
+    rows, group = [], list(range(len(names)))  # numbers of one group have known quotients
+    for _, above, below, values in sorted(found, key=lambda one: one[0]):
+        if group[above] != group[below]:
+            group = [group[above] if one == group[below] else one for one in group]
+            rows.append(_row(axes[above], f"{names[above]} / {names[below]}", values) | {"weights": {}})
+    return rows
+
+
 def sentence(rows: Sequence[dict]) -> str:
-    """The best known sums in words; empty if there are none but single coefficients."""
-    several = [row for row in rows if len(row["weights"]) > 1]
+    """The best known sums and quotients in words; empty if there are none but single coefficients."""
+    several = [row for row in rows if len(row["weights"]) != 1]
     if not several:
         return ""
     best = "; ".join(f"{row['formula']} to {100.0 * row['relative_sd']:.1g} %" for row in several[:3])
-    return (
-        f"{len(several)} weighted sums are known to {100 * KNOWN:g} % or better, of coefficients that are not: {best}."
-    )
+    what = f"{len(several)} weighted sums and quotients are known to {100 * KNOWN:g} % or better"
+    return f"{what}, of coefficients that are not: {best}."

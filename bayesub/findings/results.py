@@ -19,6 +19,8 @@ from bayesub.inference.identifiability import NullSpace, Spectrum, conditional_s
 from bayesub.inference.sampling import CrossCheck, Posterior
 from bayesub.io import seeds
 from bayesub.io.words import listed
+from bayesub.logs.log_files import ACCELERATIONS
+from bayesub.model.equations import AXES
 from bayesub.model.quantities import Quantity
 from bayesub.problem.distributions import Prior
 
@@ -108,12 +110,24 @@ class Results:
 
     @cached_property
     def known_sums(self) -> list[dict]:
-        """The weighted sums of coefficients that are known to one per cent."""
-        n, equations = self.problem.n_coefficients, self.problem.equations
-        names = self.summary.names[:n]
+        """The weighted sums and the quotients of coefficients that are known to one per cent.
+
+        Quotients are of masses too: that of the boat less the added mass of the axis, in the unit of this.
+        """
+        n, vehicle = self.problem.n_coefficients, self.problem.vehicle
+        names, draws = list(self.summary.names[:n]), self.summary.draws[:, :n]
         before = self.prior_of_others.sample(self._random(seeds.PRIOR_SUMS), PRIOR_DRAWS)[:, :n]
-        axes = [equations.term(name).axis for name in names]
-        return known_sums.known_sums(names, axes, self.summary.draws[:, :n], np.atleast_2d(np.cov(before.T)))
+        terms = [vehicle.equations.term(name) for name in names]
+        axes = [term.axis for term in terms]
+        rows = known_sums.known_sums(names, axes, draws, np.atleast_2d(np.cov(before.T)))
+        for k, term in enumerate(terms):
+            if term.regressor == ACCELERATIONS[a := AXES.index(term.axis)]:
+                column = vehicle.equations.index[term.name]
+                of_boat = vehicle.mass_matrix[a, a] / vehicle.dimensional_factors[column] + vehicle.xi[column]
+                names.append(f"({'m' if a < 3 else 'I'} - {term.name})")
+                axes.append(term.axis)
+                draws, before = (np.column_stack([one, of_boat - one[:, k]]) for one in (draws, before))
+        return rows + known_sums.known_quotients(names, axes, draws, before)
 
     @cached_property
     def forces(self) -> list[disturbances.InferredForces]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import bayesub as bs
-from bayesub.findings.known_sums import KNOWN, known_sums, sentence
+from bayesub.findings.known_sums import KNOWN, known_quotients, known_sums, sentence
 from bayesub.findings.run_numbers import null_changes
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.identifiability import null_space
@@ -42,6 +42,26 @@ def test_the_sum_that_is_measured_is_found(rng):
         assert row["q5"] < row["mean"] < row["q95"]
     assert "Yuv - 3 Yur to 0.5 %" in sentence([first, second])
     assert sentence([second]) == ""
+
+
+def test_the_quotients_that_are_known_are_found_each_once(rng):
+    """Of three numbers that share a factor two quotients say all; none with another axis, or that the prior knew."""
+    factor, small = 1.0 + 0.2 * rng.standard_normal((4000, 1)), rng.standard_normal((4000, 5))
+    names, axes = ("Yuv", "Yur", "(m - Yvdot)", "Yuu_dr", "Nuv"), ("Y", "Y", "Y", "Y", "N")
+    middle = np.array([-0.03, 0.006, 0.036, 0.01, -0.013])
+    draws = (
+        middle
+        * np.where([True, True, True, False, True], factor, 1.0)
+        * (1.0 + [0.002, 0.004, 0.001, 0.2, 0.0] * small)
+    )
+    before = middle * (1.0 + 0.25 * rng.standard_normal((4000, 5)))
+    first, second = known_quotients(names, axes, draws, before)
+    assert [row["formula"] for row in (first, second)] == ["Yuv / (m - Yvdot)", "Yur / (m - Yvdot)"]
+    assert first["mean"] == pytest.approx(-0.03 / 0.036, rel=1e-3)
+    assert first["relative_sd"] == pytest.approx(np.hypot(0.002, 0.001), rel=0.05)
+    assert "Yuv / (m - Yvdot) to 0.2 %" in sentence([first, second])
+    assert known_quotients(names, axes, draws, draws) == []
+    assert known_quotients(names, axes, middle + 0.0 * draws, before) == [], "of numbers that are known themselves"
 
 
 def test_no_other_sum_is_known_better():
