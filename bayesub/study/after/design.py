@@ -299,8 +299,9 @@ def design(
                 pace = {"seconds_a_judgement": plan.pace(), "seconds_before": time.perf_counter() - began}
                 write_text(file, json.dumps(pace))
             pace = json.loads(file.read_text(encoding="utf-8"))
-            left = 60.0 * request.minutes - pace["seconds_before"]
-            first = min(FIRST_S - pace["seconds_before"], FIRST_SHARE * left)
+            before = pace.get("seconds_before", 0.0)  # which a folder of version 0.2 lacks
+            left = 60.0 * request.minutes - before
+            first = min(FIRST_S - before, FIRST_SHARE * left)
             budget = of_time(left, first, pace["seconds_a_judgement"], n_families)
         content = {}
         for stage, searches in plan.stages(budget, progress):
