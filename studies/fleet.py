@@ -9,6 +9,7 @@ boat's own log leaves: not less, for what one boat's trial does not show five si
 spreads hold the truth. Of sisters one in a hundred is taken for a stranger; of boats that differ by three times the
 spread of the class nine in ten are.
 Cost: two minutes on two cores.
+Quick: half a minute, because six posteriors are sampled; of one boat nothing is claimed but that it converges.
 """
 
 from dataclasses import replace
@@ -247,6 +248,8 @@ by three times as much.
 def claims(numbers):
     """Intervals are honest, pooling gains, and strangers are found out."""
     yield numbers["converged"] == 1.0, f"{1.0 - numbers['converged']:.0%} of the classes have not converged"
+    if numbers["n_boats"] < N_SISTERS:
+        return
     held = numbers["pooled"]["held"]
     yield HELD[0] <= held <= HELD[1], f"90 % intervals hold {held:.0%}"
     yield numbers["gain"] <= GAIN, f"the median sd is {numbers['gain']:.2f} times that of the boat's own log"
