@@ -8,7 +8,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from bayesub.io import toml_files
-from bayesub.io.errors import nearest
+from bayesub.io.errors import InputError, nearest
 
 
 class NamingGroup(click.Group):
@@ -52,6 +52,13 @@ subproblem = click.option(
 def plane(subproblem: str | None) -> dict[str, Any]:
     """The option --subproblem as an argument of the simulator; left out, the manoeuvre decides."""
     return {} if subproblem is None else {"subproblem": None if subproblem == "none" else subproblem}
+
+
+def refuse_several(given: dict[str, Any], key: str = "") -> None:
+    """InputError about the key, or the first, if more than one of some options is given that exclude each other."""
+    names = [option for option, value in given.items() if value not in (None, False)]
+    if len(names) > 1:
+        raise InputError(f"{' and '.join(names)} exclude each other", "conflict", key or names[0])
 
 
 page_folder = click.option(

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,10 +11,11 @@ import click
 
 from bayesub.cli import arguments
 from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
+from bayesub.cli.run import interrupted
 from bayesub.findings.verdicts import NOT_FLOWN, STATUS
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import INTERRUPTED, LONG_S, Bars, complain, console, say, say_rows
+from bayesub.io.terminal import LONG_S, Bars, complain, console, say, say_rows
 
 if TYPE_CHECKING:
     from bayesub.model.vehicles import Vehicle
@@ -231,12 +231,8 @@ def design(
     from bayesub.study.after.design import design as design_trial
     from bayesub.study.run.run import RunInterrupted, executor_of
 
-    if resume and force:
-        raise InputError("--resume and --force exclude each other", "conflict", "--force")
-    given = {"--minutes": minutes, "--budget": budget, "--judgements": judgements}
-    given = {option: value for option, value in given.items() if value is not None}
-    if len(given) > 1:
-        raise InputError(f"{' and '.join(given)} exclude each other", "conflict", next(iter(given)))
+    arguments.refuse_several({"--resume": resume, "--force": force}, "--force")
+    arguments.refuse_several({"--minutes": minutes, "--budget": budget, "--judgements": judgements})
     asked |= {"wanted": wanted or (DEFAULT,), "minutes": budget or minutes or MINUTES, "judgements": judgements}
     request = Request(vehicle, **asked, **plane(subproblem))
     try:
@@ -244,8 +240,7 @@ def design(
             design_trial(request, output, resume=resume, force=force, progress=bars, executor=executor)
     except RunInterrupted:
         words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
-        again = shlex.join(["bayesub", *words, "--resume"])
-        complain(f"interrupted; what is done is saved, continue with: {again}", INTERRUPTED)
+        interrupted(["bayesub", *words, "--resume"])
     say(f"page: {output / 'design.html'}")
 
 

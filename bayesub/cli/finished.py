@@ -1,7 +1,6 @@
 """The commands that take up finished runs: `report`, `next`, `update`, `export`, `predict` and `compare`."""
 
 import json
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +8,8 @@ import click
 
 from bayesub.cli import arguments
 from bayesub.cli.arguments import MANOEUVRE, PATH, plane
-from bayesub.cli.run import end, tell
-from bayesub.io.errors import InputError
-from bayesub.io.terminal import INTERRUPTED, Bars, complain, console, say, say_rows
+from bayesub.cli.run import end, interrupted, tell
+from bayesub.io.terminal import Bars, console, say, say_rows
 
 SIMULATORS = ("mss", "mss-json", "pvs", "gazebo", "stonefish", "holoocean")
 FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATORS)
@@ -154,15 +152,13 @@ def update(run: Path, log: Path, output: Path, resume: bool, force: bool, pdf: b
     from bayesub.study.run.run import RunInterrupted
     from bayesub.study.run.run import run as run_study
 
-    if resume and force:
-        raise InputError("--resume and --force exclude each other", "conflict", "--force")
+    arguments.refuse_several({"--resume": resume, "--force": force}, "--force")
     study = updated(run, log)
     try:
         with Bars() as bars:
             result = run_study(study, output, resume=resume, force=force, pdf=pdf, progress=bars)
     except RunInterrupted:
-        again = shlex.join(["bayesub", "update", str(run), str(log), "-o", str(output), "--resume"])
-        complain(f"interrupted; what is done is saved, continue with: {again}", INTERRUPTED)
+        interrupted(["bayesub", "update", str(run), str(log), "-o", str(output), "--resume"])
     tell(result, verbose=verbose)
     end(result.verdict)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup
+from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup, refuse_several
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import LONG_S, Bars, aligned, say, say_rows
@@ -101,8 +101,7 @@ def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | 
     missing += [] if manoeuvre or data else ["one of --manoeuvre and --data"]
     if vehicle is None or missing:
         raise InputError(f"a study needs {' and '.join(missing)}", "missing", "--data" if vehicle else "--vehicle")
-    if manoeuvre is not None and data is not None:
-        raise InputError("--manoeuvre and --data exclude each other", "conflict", "--data")
+    refuse_several({"--manoeuvre": manoeuvre, "--data": data}, "--data")
     path = output or Path(f"{name}.toml")
     boat = load_vehicle(vehicle)
     if data is not None:

@@ -6,7 +6,7 @@ import shlex
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -80,11 +80,16 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
         words = [f"--{key.replace('_', '-')}" for key in kept if options[key]] + (["--dask", dask] if dask else [])
         place = str((output or Path("runs")) if source.is_dir() else error)
         again = ["bayesub", "run", str(source), "-o", place, *words, *([] if source.is_dir() else ["--resume"])]
-        complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
+        interrupted(again)
     if as_json:
         found = [result.to_json() | {"glance": result.numbers.get("glance")} for result in results]
         click.echo(json.dumps(found, indent=2))
     end(worst(result.verdict for result in results))
+
+
+def interrupted(again: list[str]) -> NoReturn:
+    """End a command that Ctrl-C has stopped, with the words of the one that continues it."""
+    complain(f"interrupted; what is done is saved, continue with: {shlex.join(again)}", INTERRUPTED)
 
 
 def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, verbose: bool) -> list["StudyResult"]:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import tomli_w
 
@@ -71,6 +72,16 @@ def write_sensors(path: Path, *sensors: dict) -> Path:
     """Write a file of sensors, as ``bayesub simulate --sensors`` reads it; gives the path."""
     path.write_text(tomli_w.dumps({"sensors": sensors}))
     return path
+
+
+def save_logs(folder: Path, boat: bs.Vehicle, manoeuvres: dict[str, str]) -> Path:
+    """Fly a boat in the plane, and save its track by the sensors of a study as a log of each name; gives the folder."""
+    rng = np.random.default_rng(7)
+    for name, manoeuvre in manoeuvres.items():
+        truth = bs.simulate(boat, bs.load_manoeuvre(manoeuvre, boat), dt=0.5, subproblem="horizontal")
+        record = bs.observe(truth, bs.sensors.Track(0.5, 0.1, 10.0, ("x", "y", "yaw")), rng)
+        record.save(folder / f"{name}.csv", truth)
+    return folder
 
 
 def leave_empty(paths) -> None:

@@ -27,12 +27,8 @@ STILL = ("x0_m", "y0_m", "v0_mps", "r0_degps")
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory, suboff):
     """Two trials of the boat, as logs."""
-    folder, rng = tmp_path_factory.mktemp("logs"), np.random.default_rng(7)
-    for name, manoeuvre in (("first", "zigzag_20_20"), ("second", "turning_circle")):
-        truth = bs.simulate(suboff, bs.load_manoeuvre(manoeuvre, suboff), dt=0.5, subproblem="horizontal")
-        record = bs.observe(truth, bs.sensors.Track(0.5, 0.1, 10.0, ("x", "y", "yaw")), rng)
-        record.save(folder / f"{name}.csv", truth)
-    return folder
+    manoeuvres = {"first": "zigzag_20_20", "second": "turning_circle"}
+    return small_study.save_logs(tmp_path_factory.mktemp("logs"), suboff, manoeuvres)
 
 
 def study(folder, name, logs, prior, vehicle="suboff", free=FREE, **more):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from support import refusals, small_study
 
-import bayesub as bs
 from bayesub.inference.sampling import posterior_file
 from bayesub.study.after.update import FIRST, updated
 from bayesub.study.run.prepare import prepare
@@ -17,11 +16,8 @@ FREE = ("Xuu", "Yuv", "Nuv")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, suboff):
     """Logs of two trials, and the run of a study of the first, which is to predict the second."""
-    folder, rng = tmp_path_factory.mktemp("update"), np.random.default_rng(7)
-    for name, manoeuvre in (("spiral", "horizontal"), ("zig-zag 1", "zigzag_20_20")):
-        truth = bs.simulate(suboff, bs.load_manoeuvre(manoeuvre, suboff), dt=0.5, subproblem="horizontal")
-        record = bs.observe(truth, bs.sensors.Track(0.5, 0.1, 10.0, ("x", "y", "yaw")), rng)
-        record.save(folder / f"{name}.csv", truth)
+    manoeuvres = {"spiral": "horizontal", "zig-zag 1": "zigzag_20_20"}
+    folder = small_study.save_logs(tmp_path_factory.mktemp("update"), suboff, manoeuvres)
     small_study.run(small_study.write(folder / "one.toml", **of_logs(of_one())), folder / "one")
     return folder
 
