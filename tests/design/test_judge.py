@@ -283,3 +283,11 @@ def test_distances_of_trials_add_up_and_a_lost_channel_brings_the_rival_nearer(b
     (whole,), (part,) = sensed.information(), sensed.information(sensed.times < 200.0)
     assert 0.0 < part.apart < whole.apart
     assert (whole + part).apart == whole.apart + part.apart
+
+
+def test_a_rival_with_the_same_equations_is_no_rival(boat, manoeuvre, rng):
+    """Whatever boat of the prior is flown: what the prior makes dear is as dear for either."""
+    xi = boat.xi.copy()
+    xi[boat.equations.columns(FREE)] *= 1.0 + 0.2 * rng.standard_normal(len(FREE))
+    (told,) = judge_of(boat, rival=judge_of(boat), draws=xi[None]).information(manoeuvre)
+    assert told.apart == pytest.approx(0.0, abs=1e-3)
