@@ -3,14 +3,15 @@
 Question: the trials of KVLCC2 for the workshop SIMMAN of 2008, free-running models of 7 m. HSVA's zig-zags 10/10 and
 20/10 to both sides are fitted; its nine others and MARIN's six trials are predicted from rudder and start. All thirteen
 zig-zags are fitted; MARIN's turning circles are predicted, beside what was published (Alexandersson et al. 2022).
-Claim: the advance of both circles is predicted within 2 %, with 90 % intervals that hold it and are narrower than 8 %
-to either side. The tactical diameter is not: it is a quarter too large, and its intervals do not hold it, because no
-zig-zag is as slow as a circle. The 90 % bands of the posterior of four zig-zags hold 75 to 99 % of the readings of
-HSVA's other runs. Where the rudder reverses at a heading of one degree, and with ten degrees of rudder at five, a tenth
-of a degree of rudder turns the heading by more than five.
-Cost: ten minutes, most of it for the posterior of four; that of thirteen is its normal approximation. The data are not
-ours to give: the environment variable BAYESUB_KVLCC2 names a folder with HSVA_CPMC_KVLCC2_Z_*.dat and
-MARIN_FREE_KVLCC2_*.dat; without it the study is skipped, and with --quick too.
+Claim: from all thirteen the advance of both circles is predicted within 3 %, the tactical diameter within 4 % to
+starboard and 10 % too large to port, with 90 % intervals that are narrower than 8 % to either side and hold three of
+the four. The prior is the published model in motions that include circles, its constants known to a fifth. How well the
+set follows that model was chosen by leaving out single zig-zags of HSVA; MARIN's tests had been seen when its terms
+were chosen. The 90 % bands of the posterior of four zig-zags hold 75 to 99 % of the readings of HSVA's other runs.
+Where the rudder reverses at a heading of one degree, and with ten degrees of rudder at five, a tenth of a degree of
+rudder turns the heading by more than five.
+Cost: half an hour, most of it for the two posteriors. The data are not ours to give: the environment variable BAYESUB_KVLCC2 names a folder with
+HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it the study is skipped, and with --quick too.
 """
 
 import os
@@ -24,7 +25,7 @@ from kvlcc2 import circles, drawings, fits, predictions
 from kvlcc2.trials import CIRCLES, FITTED, HSVA, UNSEEN, ZERO, ZIGZAGS, Tanker
 
 TRAINED = {"four": FITTED, "all": HSVA}
-SAMPLED, MODE = "four", "posterior mode"  # of all the normal approximation at the mode stands for the posterior
+MODE = "posterior mode"
 SENSITIVE = ("05_01", "10_01", "15_01", "10_05")
 N_STARTS, MAX_STEPS, SEED = 3, 6000, 1
 FIGURES = {
@@ -57,10 +58,10 @@ def compute(run):
         run.progress.stage(f"estimates of {key}")
         estimates = run.part(f"estimates_{key}", partial(estimates_of, tanker, names))
         mode = predictions.Known.of_estimate(estimates.pop(MODE), np.random.default_rng(SEED), with_unknowns=True)
-        posterior = sampled(run, tanker) if key == SAMPLED else None
+        posterior = sampled(run, tanker, key)
         numbers["posteriors"][key] = summary(posterior, mode)
         numbers["estimates"][key] = {m: of_estimate(content) for m, content in estimates.items()}
-        known[key] = methods(mode if posterior is None else of_draws(posterior), estimates)
+        known[key] = methods(of_draws(posterior), estimates)
     run.progress.stage("predict")
     arrays = {}
     for name in (*FITTED, *UNSEEN):
@@ -81,13 +82,13 @@ def estimates_of(tanker, names):
     return {key: estimate.to_json() for key, estimate in made.items()}
 
 
-def sampled(run, tanker):
-    """The posterior of the four zig-zags, kept in the run folder."""
-    file = run.folder / "posterior.nc"
+def sampled(run, tanker, key):
+    """The posterior of some trials, kept in the run folder."""
+    file = run.folder / f"posterior_{key}.nc"
     if not file.exists():
-        run.progress.stage("sample the posterior of four")
-        options = {"max_steps": MAX_STEPS, "checkpoint": run.folder / "chain_four", "progress": run.progress}
-        problem = tanker.joint(TRAINED[SAMPLED], fits.unmodelled())
+        run.progress.stage(f"sample the posterior of {key}")
+        options = {"max_steps": MAX_STEPS, "checkpoint": run.folder / f"chain_{key}", "progress": run.progress}
+        problem = tanker.joint(TRAINED[key], fits.unmodelled())
         bs.sample(problem, rng=np.random.default_rng(SEED), **options).save(file)
     return bs.Posterior.load(file)
 
@@ -99,19 +100,20 @@ def of_draws(posterior):
 
 
 def summary(posterior, mode):
-    """Rudder zeros of the runs; convergence of a sample, and how its normal approximation differs from it."""
-    source = mode if posterior is None else of_draws(posterior)
-    means, sds = source.draws.mean(axis=0), source.draws.std(axis=0)
-    zeros = {name: k for k, name in enumerate(source.names) if name.startswith(ZERO)}
-    result = {"zeros": {name: {"mean": float(means[k]), "sd": float(sds[k])} for name, k in zeros.items()}}
-    if posterior is not None:
-        places = [posterior.names.index(name) for name in mode.names]
-        ratios = mode.draws.std(axis=0) / posterior.sd[places]
-        off = np.abs(mode.values - posterior.mean[places]) / posterior.sd[places]
-        result |= {"shortcomings": list(posterior.shortcomings), "seconds": posterior.seconds}
-        result["normal_approximation"] = {"sd_ratio": np.percentile(ratios, [0, 50, 100]).tolist()}
-        result["normal_approximation"]["mean_off_sds"] = np.percentile(off, [50, 100]).tolist()
-    return result
+    """Convergence of a sample, rudder zeros of its runs, and how its normal approximation differs from it."""
+    zeros = {name: k for k, name in enumerate(posterior.names) if name.startswith(ZERO)}
+    places = [posterior.names.index(name) for name in mode.names]
+    ratios = mode.draws.std(axis=0) / posterior.sd[places]
+    off = np.abs(mode.values - posterior.mean[places]) / posterior.sd[places]
+    return {
+        "shortcomings": list(posterior.shortcomings),
+        "seconds": posterior.seconds,
+        "zeros": {name: {"mean": posterior.mean[k], "sd": posterior.sd[k]} for name, k in zeros.items()},
+        "normal_approximation": {
+            "sd_ratio": np.percentile(ratios, [0, 50, 100]).tolist(),
+            "mean_off_sds": np.percentile(off, [50, 100]).tolist(),
+        },
+    }
 
 
 def of_estimate(content):
@@ -139,16 +141,15 @@ def claims(numbers):
     """The posterior beside its rivals and beside what was published."""
     if "skipped" in numbers:
         return
+    held = []
     for side, measures in numbers["circles"].items():
-        advance, diameter = measures["advance_m"], measures["diameter_m"]
-        off = advance["posterior"] / advance["test"] - 1.0
-        yield abs(off) < 0.02, f"{side}: the advance is predicted with {off:+.1%}"
-        yield advance["low"] < advance["test"] < advance["high"], f"{side}: the interval does not hold the advance"
-        width = 0.5 * (advance["high"] - advance["low"]) / advance["test"]
-        yield width < 0.08, f"{side}: the interval of the advance is {width:.1%} to either side"
-        off = diameter["posterior"] / diameter["test"] - 1.0
-        yield 0.1 < off < 0.3, f"{side}: the diameter is predicted with {off:+.1%}"
-        yield diameter["low"] > diameter["test"], f"{side}: the interval holds the diameter"
+        for key, least, most in (("advance_m", -0.03, 0.03), ("diameter_m", -0.04, 0.1)):
+            one = measures[key]
+            off, width = one["posterior"] / one["test"] - 1.0, 0.5 * (one["high"] - one["low"]) / one["test"]
+            yield least < off < most, f"{side}: {key} is predicted with {off:+.1%}"
+            yield width < 0.08, f"{side}: the interval of {key} is {width:.1%} to either side"
+            held.append(one["low"] < one["test"] < one["high"])
+    yield sum(held) == 3, f"the intervals hold {sum(held)} of {len(held)}"
     share = float(np.mean([numbers["runs"][name]["coverage"]["posterior"]["90"] for name in ZIGZAGS]))
     yield 0.75 <= share <= 0.99, f"the 90 % bands hold {share:.0%} of the readings"
     for name in SENSITIVE:

@@ -23,8 +23,8 @@ PROCESS_TIME_S = 2.0
 SMOOTHED_S = 1.0  # between the readings that are smoothed
 WINDOW_S = 2.2  # of the quadratics that make accelerations of velocities
 # The terms of the published model that the equations have; others are zero.
-TERMS = ("Xuu", "XuU", "XUU", "Xvr", "Xrr", "Xdd", "Y0", "Yv", "Yr", "YUr", "Yud", "Yd")
-TERMS += ("N0", "Nv", "Nr", "NUr", "Nud", "Nd")
+TERMS = ("Xuu", "XuU", "XUU", "Xvr", "Xrr", "XUUdd", "Y0", "Yv", "Yr", "YUr", "YuUd", "YUUd")
+TERMS += ("N0", "Nv", "Nr", "NUr", "NuUd", "NUUd")
 
 
 def unmodelled() -> bs.UnknownDisturbance:

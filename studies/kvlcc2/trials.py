@@ -11,6 +11,7 @@ import numpy as np
 
 import bayesub as bs
 from bayesub.study.schema.trial_log import Trial, read_trial
+from kvlcc2 import published
 
 FOLDER = Path(__file__).parent
 FITTED = ("10_10_P", "10_10_S", "20_10_P", "20_10_S")
@@ -25,7 +26,9 @@ SDS = {"x_m": 0.1, "y_m": 0.1, "yaw_deg": 0.5, "u_mps": 0.01, "v_mps": 0.01, "r_
 START_S, START_SDS = 0.6, {"x_m": 0.02, "y_m": 0.02, "yaw_deg": 0.1, "u_mps": 0.005, "v_mps": 0.005, "r_degps": 0.03}
 ROW_S, READING_S, STEP_S = 0.2, 4.0, 0.2  # rows of the logs; readings: neighbours of less are correlated; time step
 ZERO = "bias_rudder_deg"
-RUN_ZERO = bs.priors.normal(0.0, 0.3)  # of the rudder in one run, degrees; what all have in common is Y0 and N0
+# Of the rudder in one run, degrees; what all have in common is Y0 and N0. MARIN's model had a rudder of its own, and
+# the neutral angle of the sister ship's was one degree (HSVA's report).
+RUN_ZERO, OTHER_ZERO = bs.priors.normal(0.0, 0.3), bs.priors.normal(0.0, 1.0)
 COLUMNS = ("time_s", "x_m", "y_m", "yaw_deg", "u_mps", "v_mps", "r_degps", "rudder_deg")
 
 
@@ -65,9 +68,10 @@ class Tanker:
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self.boat = bs.load_vehicle(FOLDER / "vehicle.toml")
+        boat = bs.load_vehicle(FOLDER / "vehicle.toml")
+        xi, self.prior = published.prior(boat)
+        self.boat = replace(boat, xi=xi)
         self.free = [name for name in self.boat.equations.names if name not in HELD]
-        self.prior = bs.priors.from_vehicle(self.boat)
         self.trial = cache(self._trial)
 
     def log(self, name: str) -> dict[str, np.ndarray]:
@@ -99,8 +103,9 @@ class Tanker:
         """A trial with unknown start and rudder zero, with unmodelled forces or without, with all terms or some."""
         trial, equations = self.trial(name, interval_s), self.boat.equations
         free = self.free if terms is None else list(terms)
+        zero = OTHER_ZERO if name in MARIN else RUN_ZERO
         xi = np.where(np.isin(equations.names, [*free, *HELD]), self.boat.xi, 0.0)
-        options = {"free": free, "xi": xi, "prior": self.prior, "nuisance": trial.nuisance | {ZERO: RUN_ZERO}}
+        options = {"free": free, "xi": xi, "prior": self.prior, "nuisance": trial.nuisance | {ZERO: zero}}
         return bs.Problem(self.boat, trial.manoeuvre, trial.record, disturbance=disturbance, dt=STEP_S, **options)
 
     def joint(self, names: Iterable[str], *options: Any) -> bs.JointProblem:
