@@ -123,10 +123,22 @@ def page(numbers: dict) -> Iterator[str]:
         {"measure": lambda r: r["measure"], "test": lambda r: r["test"]}
         | {key: lambda r, key=key: r[key] for key in ("as published", *METHODS)},
     )
+    yield "\nEach zig-zag of HSVA by the posterior mode of the other twelve, by how far coefficients may leave the form of"
+    yield "the published model: errors of heading (deg, rms) and track (m, rms), geometric means over the zig-zags, and the"
+    yield "share of all readings in 90 % bands.\n"
+    cells = {"form": lambda r: r[0], "heading": lambda r: f"{typical(r[1], 'heading_deg'):.2f}"}
+    cells |= {"track": lambda r: f"{typical(r[1], 'track_m'):.2f}"}
+    cells |= {"90 % band": lambda r: f"{np.mean([one['coverage'] for one in r[1].values()]):.0%}"}
+    yield from columns(list(numbers["left_out"].items()), cells)
     yield "\nThe tests by definition: where the rudder counts as put, and which way is ahead.\n"
     cells = {key: lambda r, key=key: r[key] for key in ("circle", "from", "axes")}
     cells |= {key: lambda r, key=key: f"{r[key]:.2f}" for key in circles.MEASURES}
     yield from columns(list(circles.table(numbers["definitions"])), cells)
+
+
+def typical(runs: dict, key: str) -> float:
+    """Geometric mean of an error over runs; infinite where a flight ended early."""
+    return float(np.exp(np.mean([np.inf if run[key] is None else np.log(run[key]) for run in runs.values()])))
 
 
 def held(run: dict, method: str) -> str:

@@ -32,7 +32,7 @@ CONSTANTS = {
 # What the published model leaves out: that the two sides differ, by the single propeller.
 SIDES = {"Y0": 1.1e-4, "Yvv": 1.6e-3, "Yrr": 6.3e-4, "Ydd": 6e-4}
 SIDES |= {"N0": 4.3e-5, "Nvv": 7.8e-4, "Nrr": 3.1e-4, "Ndd": 3e-4}
-FORM = 0.1  # of each coefficient, for what no constant can change; 0.03 and 0.3 predict single zig-zags left out worse
+FORM = 0.1  # sd of each coefficient besides, as a share of it, for what no constant can change
 N_MOTIONS, N_DRAWS, SEED = 6000, 400, 1
 
 
@@ -84,7 +84,7 @@ def thrust(inflow: np.ndarray | float) -> np.ndarray:
     return DENSITY * REVOLUTIONS**2 * DIAMETER**4 * k_t
 
 
-def prior(boat: Vehicle) -> tuple[np.ndarray, Given]:
+def prior(boat: Vehicle, form: float = FORM) -> tuple[np.ndarray, Given]:
     """Coefficients of the published model (n_terms,), those of the boat for added masses, and their normal prior."""
     rng = np.random.default_rng(SEED)
     motion, equations = motions(rng), boat.equations
@@ -105,7 +105,7 @@ def prior(boat: Vehicle) -> tuple[np.ndarray, Given]:
         fitted += columns.tolist()
     values = np.concatenate(found)  # (n_fitted, 1 + N_DRAWS)
     xi[fitted] = values[:, 0]
-    covariance[np.ix_(fitted, fitted)] = np.cov(values[:, 1:]) + np.diag((FORM * values[:, 0]) ** 2)
+    covariance[np.ix_(fitted, fitted)] = np.cov(values[:, 1:]) + np.diag((form * values[:, 0]) ** 2)
     sides = equations.columns(list(SIDES))
     covariance[sides, sides] = np.square(list(SIDES.values()))
     sds = np.sqrt(np.diag(covariance))

@@ -66,10 +66,10 @@ def _is_row(line):
 class Tanker:
     """The boat, and the problems that its trials pose."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, form: float = published.FORM):
         self.folder = folder
         boat = bs.load_vehicle(FOLDER / "vehicle.toml")
-        xi, self.prior = published.prior(boat)
+        xi, self.prior = published.prior(boat, form)
         self.boat = replace(boat, xi=xi)
         self.free = [name for name in self.boat.equations.names if name not in HELD]
         self.trial = cache(self._trial)
