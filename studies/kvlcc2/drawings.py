@@ -123,9 +123,9 @@ def page(numbers: dict) -> Iterator[str]:
         {"measure": lambda r: r["measure"], "test": lambda r: r["test"]}
         | {key: lambda r, key=key: r[key] for key in ("as published", *METHODS)},
     )
-    yield "\nEach zig-zag of HSVA by the posterior mode of the other twelve, by how far coefficients may leave the form of"
-    yield "the published model: errors of heading (deg, rms) and track (m, rms), geometric means over the zig-zags, and the"
-    yield "share of all readings in 90 % bands.\n"
+    yield "\nEach zig-zag of HSVA by the posterior mode of the other twelve, by how far coefficients may leave the form"
+    yield "of the published model: errors of heading (deg, rms) and track (m, rms), geometric means over the zig-zags,"
+    yield "and the share of all readings in 90 % bands.\n"
     cells = {"form": lambda r: r[0], "heading": lambda r: f"{typical(r[1], 'heading_deg'):.2f}"}
     cells |= {"track": lambda r: f"{typical(r[1], 'track_m'):.2f}"}
     cells |= {"90 % band": lambda r: f"{np.mean([one['coverage'] for one in r[1].values()]):.0%}"}
