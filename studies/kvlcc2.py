@@ -25,7 +25,7 @@ import bayesub as bs
 from kvlcc2 import circles, drawings, fits, predictions
 from kvlcc2.drawings import typical
 from kvlcc2.published import FORM
-from kvlcc2.trials import CIRCLES, FITTED, HSVA, UNSEEN, ZERO, ZIGZAGS, Tanker
+from kvlcc2.trials import CIRCLES, FITTED, HSVA, MARIN, UNSEEN, ZERO, ZIGZAGS, Tanker, file_of
 
 TRAINED = {"four": FITTED, "all": HSVA}
 SAMPLED, MODE = "four", "posterior mode"  # of all the normal approximation at the mode stands for the posterior
@@ -50,9 +50,11 @@ From thirteen zig-zags of HSVA the posterior predicts the advance of MARIN's cir
 
 def compute(run):
     """Errors, bands and circles of all methods."""
-    folder = os.environ.get("BAYESUB_KVLCC2")
-    if not folder or not list(Path(folder).glob("HSVA_CPMC_KVLCC2_Z_*.dat")):
-        return {"skipped": "BAYESUB_KVLCC2 does not name a folder with the files HSVA_CPMC_KVLCC2_Z_*.dat"}
+    folder = os.environ.get("BAYESUB_KVLCC2", "")
+    missing = [name for name in (*HSVA, *MARIN) if not file_of(Path(folder), name).exists()]
+    if not folder or missing:
+        which = "".join(f": {file_of(Path(folder), name).name} is missing" for name in missing[:1])
+        return {"skipped": f"BAYESUB_KVLCC2 does not name a folder with the files of HSVA and MARIN{which}"}
     if run.quick:
         return {"skipped": "there is no small version: the posteriors are of whole trials"}
     tanker = Tanker(Path(folder))

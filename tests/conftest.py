@@ -22,7 +22,7 @@ from bayesub.io import toml_files
 
 
 def pytest_addoption(parser):
-    """Options: to write the sentences of refusals again, and to run a third of the tests."""
+    """Options: to write the sentences of refusals again, and to run a sixth of the tests."""
     parser.addoption("--sentences", action="store_true", help="write tests/sentences.json again; with -n 0")
     parser.addoption("--part", type=int, choices=range(6), help="only a sixth of the files, by their names, as CI does")
 

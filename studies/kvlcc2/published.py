@@ -61,18 +61,18 @@ def forces(c: dict[str, float], motion: np.ndarray) -> np.ndarray:
     at_propeller = drift - c["x_P"] * turn
     steep = np.where(at_propeller > 0.0, c["C_2+"], c["C_2-"]) - 1.0
     inflow = u * (1.0 - c["w_P0"]) * (1.0 + steep * (1.0 - np.exp(-c["C_1"] * np.abs(at_propeller))))
-    advance, push = inflow / (REVOLUTIONS * DIAMETER), (1.0 - c["t_P"]) * thrust(inflow)
-    resistance = (1.0 - c["t_P"]) * thrust(SPEED * (1.0 - c["w_P0"])) * (speed / SPEED) ** 2
+    resistance = thrust(SPEED * (1.0 - c["w_P0"])) * (speed / SPEED) ** 2
+    push = (1.0 - c["t_P"]) * (thrust(inflow) - resistance)
     at_rudder = drift - c["l_R"] * turn
     across = speed * np.where(at_rudder > 0.0, c["gamma_R+"], c["gamma_R-"]) * at_rudder
-    k_t = np.polynomial.polynomial.polyval(advance, OPEN_WATER)
-    slip = c["kappa"] * (np.sqrt(1.0 + 8.0 * k_t / (np.pi * advance**2)) - 1.0)
+    load = 8.0 * thrust(inflow) / (np.pi * DENSITY * (DIAMETER * inflow) ** 2)
+    slip = c["kappa"] * (np.sqrt(1.0 + load) - 1.0)
     share = DIAMETER / RUDDER_HEIGHT
     along = c["epsilon"] * inflow * np.sqrt(share * (1.0 + slip) ** 2 + 1.0 - share)
     angle = rudder - np.arctan2(across, along)
     lift = 0.5 * DENSITY * RUDDER_AREA * c["f_alpha"] * (along**2 + across**2) * np.sin(angle)
     mass = {axis: value * 0.5 * DENSITY * LENGTH**2 * DRAUGHT for axis, value in ADDED.items()}
-    x = pressure * hull["X"] + push - resistance - (1.0 - c["t_R"]) * lift * np.sin(rudder) + mass["y"] * v * r
+    x = pressure * hull["X"] + push - (1.0 - c["t_R"]) * lift * np.sin(rudder) + mass["y"] * v * r
     y = pressure * hull["Y"] - (1.0 + c["a_H"]) * lift * np.cos(rudder) - mass["x"] * u * r
     n = LENGTH * (pressure * hull["N"] - (RUDDER_X + c["a_H"] * c["x_H"]) * lift * np.cos(rudder))
     return np.stack([x, y, n])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 import bayesub as bs
+from bayesub.io.errors import InputError
 from bayesub.study.schema.trial_log import Trial, read_trial
 from kvlcc2 import published
 
@@ -35,7 +36,10 @@ COLUMNS = ("time_s", "x_m", "y_m", "yaw_deg", "u_mps", "v_mps", "r_degps", "rudd
 def read(file: Path) -> dict[str, np.ndarray]:
     """Column -> values of a file of HSVA or MARIN, of the model; velocities over the ground are turned to u and v."""
     text = file.read_text(encoding="latin-1")
-    rows = np.array([line.split() for line in text.splitlines() if _is_row(line)], dtype=float).T
+    lines = [line.split() for line in text.splitlines() if _is_row(line)]
+    if len({len(line) for line in lines}) != 1:
+        raise InputError(f"{file}: has no rows of numbers, or rows of unequal length; copy the file again", "data")
+    rows = np.array(lines, dtype=float).T
     scale = SCALE if "MARIN" in file.name else 1.0
     if scale == SCALE:  # stamps of three digits; 50 Hz of the model
         _, x, y, _, psi, dx, dy, _, r, rudder, _ = rows
@@ -45,6 +49,11 @@ def read(file: Path) -> dict[str, np.ndarray]:
     cos, sin, speed = np.cos(np.radians(psi)), np.sin(np.radians(psi)), np.sqrt(scale)
     u, v = (dx * cos + dy * sin) / speed, (dy * cos - dx * sin) / speed
     return dict(zip(COLUMNS, (times, x / scale, y / scale, psi, u, v, r * speed, rudder), strict=True))
+
+
+def file_of(folder: Path, name: str) -> Path:
+    """The file of a trial."""
+    return folder / f"{'MARIN_FREE_KVLCC2_' if name in MARIN else 'HSVA_CPMC_KVLCC2_Z_'}{name}.dat"
 
 
 def _start(log):
@@ -76,8 +85,7 @@ class Tanker:
 
     def log(self, name: str) -> dict[str, np.ndarray]:
         """Column -> values every 0.2 s."""
-        tank = "MARIN_FREE_KVLCC2_" if name in MARIN else "HSVA_CPMC_KVLCC2_Z_"
-        log = read(self.folder / f"{tank}{name}.dat")
+        log = read(file_of(self.folder, name))
         every = round(ROW_S / np.median(np.diff(log["time_s"])))
         return {column: values[::every] for column, values in log.items()}
 
