@@ -92,6 +92,7 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
     "unknown, and its warm-up tells it.",
 )
 @click.option("--current-east-mps", type=float, metavar="C", help="The same to the east.")
+@click.option("--autopilot", type=PATH, metavar="FILE", help="Steers every draw by its own motion.")
 @arguments.of_predictions
 def predict(
     run: Path,
@@ -109,6 +110,9 @@ def predict(
     It is a built-in name, TOML, or a control history in CSV. A log, a CSV with more columns than those of controls, is
     predicted with its readings held back, but for those of a warm-up, from which start and current are taken; the
     prediction is then judged by them, beside SQP and the prior.
+
+    Under an --autopilot (manual page 'autopilot') headings, depths or waypoints are followed, each draw steered by its
+    own motion; of the manoeuvre remain duration, start and propeller.
 
     The exit status is that of the verdict on the run, or that of a log which is not predicted or a manoeuvre which the
     boat does not complete.

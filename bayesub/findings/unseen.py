@@ -89,10 +89,6 @@ def leave_one_out(
         (n, n_params) draws of it; by default :func:`bayesub.inference.checks.prediction.laplace`, which is quick and,
         far along directions in which the posterior bends, too wide
     n_draws : of each prediction; by default as many as :func:`predicted_trial` takes
-
-    Returns
-    -------
-    dict of str to Prediction: by trial
     """
     predictions = {}
     for (name, trial), own in zip(left_out(joint).items(), rng.spawn(len(joint.problems)), strict=True):

@@ -344,12 +344,8 @@ def integrate(
     of each step (s) are `stages` (n_steps + 1, 3, N_CONTROLS). Output times (n_times,), s, ascend from 0 to
     n_steps * step; `rows` (n_outputs,) say which of the 12 states and, after them, the 6 accelerations (udot .. rdot)
     are wanted. A member that reaches `max_speed` (m/s) has diverged. If it is `parallel` blocks are shared among
-    threads; the result is bitwise the same.
-
-    Returns
-    -------
-    states : (n_batch, n_times, n_outputs) array: not a number from the failure of a member on
-    status : (n_batch,) OK, DIVERGED or LEFT_ENVELOPE
+    threads; the result is bitwise the same. Returned are the states (n_batch, n_times, n_outputs), not a number from
+    the failure of a member on, and the status (n_batch,): OK, DIVERGED or LEFT_ENVELOPE.
     """
     coefficients, body, initial, stages, amounts, times = map(
         plain, (coefficients, body, initial, stages, amounts, times)

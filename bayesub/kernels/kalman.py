@@ -112,13 +112,9 @@ def policy(
     The derivatives of the draws by y have the determinant exp(-d / 2), whatever the motion. If it is linear, with the
     derivatives G of the residuals, d is log det(G'G + 1). The d (n_batch,) come with the policy.
 
-    Parameters
-    ----------
-    features : (n_batch, n_terms), or (1, n_terms) of members that are alike, and the innovations too
-    residuals : (n_batch, n_rows) at the white coordinates
-    white : (n_batch, n_axes, n_knots), about which the response is linear
-    y : (n_batch, n_axes, n_knots)
-    reference : as of the policy
+    `features` are (n_batch, n_terms), or (1, n_terms) of members that are alike, and the innovations too. `residuals`
+    (n_batch, n_rows) are at the coordinates `white` (n_batch, n_axes, n_knots), about which the response is linear; `y`
+    is (n_batch, n_axes, n_knots), and `reference` as of the policy.
     """
     n_different, n_axes, n_knots, n_lags = innovations.gains.shape
     n_z = pieces.ends.shape[3] + n_axes * n_lags

@@ -382,21 +382,14 @@ def sensitivities(
     And (n_restarts, n, N_STATES) those of the states at the starts of some steps, at which the motion begins anew: what
     follows is differentiated by the states there and by forces from there on. An output at such a start is before it.
 
-    Its `history` (n_steps + 1, 4, 12) is from :func:`fly`, and `stages` have all amounts of its variations added; the
-    rest is as for :func:`bayesub.kernels.integrate.integrate`, but for:
-
-    Parameters
-    ----------
-    variations : changes of the controls whose amounts are parameters, n_variations of them
-    slots : (n_variations, 6) array
-        Number, from zero, of the force along each axis that a change makes, or -1 where none is asked for.
-    parameters : (n_body,) positions in the body vector of the body parameters
-    sources : (n,) whose force a column has: coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and
-        after these the slots
-    factors : (n,) factor of that force
-    axes : (n,) axis 0 .. 5 along which it acts
-    initial : (n, N_STATES) sensitivities at the start, and at each of the restarts
-    restarts : (n_restarts,) ascending numbers of steps
+    Its `history` (n_steps + 1, 4, 12) is from :func:`fly`, and `stages` have all amounts of its variations added.
+    `variations` are n_variations changes of the controls whose amounts are parameters; `slots` (n_variations, 6) are
+    the number, from zero, of the force along each axis that a change makes, or -1 where none is asked for; `parameters`
+    (n_body,) are the positions of the body parameters in the body vector. `sources` (n,) say whose force a column has:
+    coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and after these the slots. It is multiplied by
+    `factors` (n,) and acts along `axes` (n,), 0 .. 5. Sensitivities at the start, and at each of the restarts, are
+    `initial` (n, N_STATES), and `restarts` (n_restarts,) are ascending numbers of steps. The rest is as for
+    :func:`bayesub.kernels.integrate.integrate`.
     """
     coefficients, body, history, stages, times, factors = map(
         plain, (coefficients, body, history, stages, times, factors)

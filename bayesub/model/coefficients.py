@@ -31,8 +31,7 @@ def regressors(states: np.ndarray, accelerations: np.ndarray, controls: np.ndarr
 
     Parameters
     ----------
-    states : (n, 12) array
-        m, rad, m/s, rad/s.
+    states : (n, 12), m, rad, m/s, rad/s
     accelerations : (n, 6) body accelerations, m/s^2 and rad/s^2
     controls : (n, 3) angles of rudder, bow plane and stern plane, rad
 

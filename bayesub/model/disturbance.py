@@ -168,9 +168,8 @@ class Disturbance:
     ----------
     axes : of X Y Z K M N, north and east
     sds : (n_axes,) standard deviations, N, N m and m/s
-    correlation_time_s : float
-    kind : str
-        "ornstein_uhlenbeck" or "matern_3_2", of the forces; a current is of the latter kind.
+    correlation_time_s : of the forces
+    kind : "ornstein_uhlenbeck" or "matern_3_2", of the forces; a current is of the latter kind
     correlation_time_current_s : correlation time of the current, if it is not that of the forces
     """
 

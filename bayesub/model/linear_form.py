@@ -44,10 +44,6 @@ def linear_systems(
     member : which of the batch
     free : names of coefficients to be columns, by default all; the others move to the load with their values in the
         trajectory
-
-    Returns
-    -------
-    dict of str to LinearSystem: by axis
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]

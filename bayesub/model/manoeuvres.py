@@ -22,20 +22,16 @@ class Manoeuvre:
 
     Attributes
     ----------
-    name : str
     times : (n,) ascending from zero, s
-    controls : (n, n_controls) array
-        Those of the vehicle's equations, SI units: of submarines rudder, bow plane and stern plane, rad.
+    controls : (n, n_controls) of the vehicle's equations, SI units: of submarines rudder, bow and stern plane, rad
     rpm : (n,) propeller speed
     initial_state : (12,) straight and level, at the vehicle's trial speed, and at its trial depth or that of the file
     subproblem : plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical"
-    description : str
     columns : short names of the controls, by default those of the submarine's three
     inputs : (n, n_actuators) of the actuators in the columns of a log, SI units, of which `controls` are the mix; None
         of a vehicle whose actuators are the controls themselves
     input_columns : short names of these columns
-    commanded : tuple of str
-        Short names of the controls or actuators whose histories are commands, each of which holds until the next.
+    commanded : short names of the controls or actuators whose histories are commands, which hold until the next
     prescribed : angles that the boat follows instead of being turned by moments
     """
 
@@ -110,8 +106,6 @@ def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes: obje
 
     Parameters
     ----------
-    vehicle : Vehicle
-    rng : Generator
     **changes : keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``
     """
     return _build(_random_file(seed=int(rng.integers(2**32)), **changes), vehicle)

@@ -73,8 +73,7 @@ def smoothed(angle: str, times: np.ndarray, readings: np.ndarray, sd: float) -> 
     """The smoothest angle that misses its readings by their noise.
 
     It is the cubic smoothing spline through readings (n,), rad, at ascending times (n,), s, whose residuals have the
-    root mean square `sd`, rad. The angle is "pitch" or "yaw". InputError for fewer than five
-    readings.
+    root mean square `sd`, rad. The angle is "pitch" or "yaw". InputError for fewer than five readings.
     """
     from scipy.interpolate import make_smoothing_spline
     from scipy.optimize import brentq

@@ -40,24 +40,17 @@ def simulate(
 
     Parameters
     ----------
-    vehicle : Vehicle
-    manoeuvre : Manoeuvre
     xi : (n_terms,) or (n_batch, n_terms) non-dimensional coefficients; by default the vehicle's own
     sample : output interval, s; by default the spacing of the control history
-    actuators : dict of str to float, optional
-        What is wrong with the log of the actuators: nuisance parameters -> values, such as ``{"delay_rudder_s": 0.4}``.
-    disturbance : Disturbance or ForceHistory, optional
-        Forces that the equations leave out, for all members: a process, of which one history is sampled at the
-        integration step, or the history itself.
+    actuators : what is wrong with their log: nuisance parameters -> values, such as ``{"delay_rudder_s": 0.4}``
+    disturbance : forces that the equations leave out, for all members: a process, of which one history is sampled at
+        the integration step, or the history itself
     rng : of that history
     dt : integration step, s; by default a tenth (:func:`true_step`) of the one that keeps the position within 5 cm
         (:func:`choose_step`), so that a record of the motion does not come from the integrator that fits it
-    controls : str
-        "linear" or "hold", as for :class:`Simulator`.
-    subproblem : str or None
-        "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own.
-    attitude : str
-        "euler" or "quaternion".
+    controls : "linear" or "hold", as for :class:`Simulator`
+    subproblem : "horizontal", "vertical" or None for all six degrees of freedom; by default the manoeuvre's own
+    attitude : "euler" or "quaternion"
     """
     xi = vehicle.xi if xi is None else np.asarray(xi, dtype=float)
     n = len(vehicle.xi)
@@ -100,11 +93,9 @@ def accelerations(
 
     Parameters
     ----------
-    vehicle : Vehicle
-    states : (n, 12) array
-        m, rad, m/s, rad/s.
+    states : (n, 12), m, rad, m/s, rad/s
     controls : (n, n_controls) of the equations, SI units
-    rpm : (n,) array or float
+    rpm : (n,), or one number
     inputs : (n, n_actuators) of the actuators, of which the propellers and thrusters push; by default at rest
 
     Returns

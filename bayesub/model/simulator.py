@@ -235,12 +235,8 @@ class Simulator:
         that vary differ, and forces at the knots (N, N m); by default not at all. `outputs` are short names of the
         states and accelerations that are wanted. Output times (n_times,), s, do not descend, and none is after the last
         of the simulator; by default they are its own. A large batch is shared among threads, if it may be `parallel`.
-        Of forces at the knots that are chosen on the way the `steering` is filled in (:meth:`steering`).
-
-        Returns
-        -------
-        states : (n_batch, n_times, n_outputs) array: at the output times
-        status : (n_batch,) positions in STATUS
+        Of forces at the knots that are chosen on the way the `steering` is filled in (:meth:`steering`). Returned are
+        the states (n_batch, n_times, n_outputs) at the output times, and the status (n_batch,), positions in STATUS.
         """
         dimensional = self.dimensional(xi)
         n_batch = len(dimensional)
@@ -310,11 +306,8 @@ class Simulator:
         6). The set is (n_terms,); `parameters` are names of coefficients (non-dimensional), of entries of the body
         vector (SI units; b1 .. b9 non-dimensional; mass, weight and buoyancy are three numbers), of states at the
         start, such as "u0", of what is unknown of actuators, such as "bias_rudder_deg", or of forces at the knots. The
-        others are as of :meth:`run`, of one member.
-
-        Returns
-        -------
-        (n_times, n_outputs, n_parameters) array: not a number from the failure of the simulation on
+        others are as of :meth:`run`, of one member. Returned are (n_times, n_outputs, n_parameters), not a number from
+        the failure of the simulation on.
         """
         flight = self._flight(xi, body, initial, amounts)
         parameters = tuple(parameters)

@@ -24,14 +24,11 @@ class Trajectory(Displayed):
 
     Attributes
     ----------
-    times : (n_times,) array
-        s.
-    states : (n_batch, n_times, 12) array
-        m, rad, m/s, rad/s; not a number from the failure of a member on.
+    times : (n_times,), s
+    states : (n_batch, n_times, 12), m, rad, m/s, rad/s; not a number from the failure of a member on
     controls : (n_times, n_controls) of the equations, SI units, at `times`
     rpm : (n_times,) at `times`
-    status : (n_batch,) array of str
-        "ok", "diverged" or "left_envelope".
+    status : (n_batch,) of "ok", "diverged" or "left_envelope"
     simulator : what was run, so that the motion can be sampled at other times
     xi : (n_batch, n_terms) coefficients that were run
     """

@@ -42,11 +42,7 @@ class Vehicle(Displayed):
 
     Attributes
     ----------
-    name : str
-    description : str
     reference : where the numbers come from
-    length_m : float
-    water_density_kgm3 : float
     speed_mps : at which trials begin
     depth_m : at which trials begin
     rpm_per_mps : propeller speed that self-propels, for a speed of 1 m/s
@@ -54,7 +50,6 @@ class Vehicle(Displayed):
     body : (N_BODY,) all else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`
     xi : (n_terms,) coefficients in the order and the units of the equations
     sd : (n_terms,) their standard deviations, not a number where the file gives none
-    equations : EquationSet
     hull : (3, n) positions from tail to nose, heights and breadths, m
     correlation : (n_terms, n_terms) of what has a standard deviation; None if the file gives none
     """

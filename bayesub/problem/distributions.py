@@ -97,14 +97,11 @@ class Prior:
     def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The density in such coordinates as numbers, for what is compiled.
 
-        Returns
-        -------
-        walls : (n_params,) where a uniform parameter ends, on either side; infinite of all others
-        stretches : (n_params,) of one of a group: of x, how much the parameter grows, in units of its median
-        groups : (n_params,) number of the group of parameters whose scale is common and unknown; -1 of all others
-        scales : (n_groups, n_scales) that it may have, each as probable, and not a number beyond them
-
-        Parameters without walls and groups are standard normal.
+        Walls (n_params,) are where a uniform parameter ends, on either side, infinite of all others. Stretches
+        (n_params,) are of one of a group: of x, how much the parameter grows, in units of its median. Groups
+        (n_params,) are the number of the group of parameters whose scale is common and unknown, -1 of all others, and
+        scales (n_groups, n_scales) those that it may have, each as probable, and not a number beyond them. Parameters
+        without walls and groups are standard normal.
         """
         n = len(self.mean)
         return np.full(n, np.inf), np.zeros(n), np.full(n, -1), np.empty((0, 0))

@@ -144,16 +144,11 @@ def _middle(value: float | Prior) -> float:
 
 @dataclass(frozen=True)
 class Disturbances:
-    """The histories of one trial.
-
-    Attributes
-    ----------
-    duration : of the readings, from the start of the manoeuvre, s
-    """
+    """The histories of one trial."""
 
     unknown: UnknownDisturbance
     vehicle: Vehicle
-    duration: float
+    duration: float  # of the readings, from the start of the manoeuvre, s
 
     @property
     def n_knots(self) -> float:
@@ -275,22 +270,13 @@ class Disturbances:
 
 @dataclass(frozen=True)
 class History:
-    """What of a problem the unknown histories of one trial are: :class:`bayesub.inference.interface.LatentForces`.
+    """What of a problem the unknown histories of one trial are: :class:`bayesub.inference.interface.LatentForces`."""
 
-    Attributes
-    ----------
-    rows : of the residuals, those of the trial
-    columns : (n_white,) positions of the white coordinates among the parameters, axis after axis
-    process : (n_process,) positions of the parameters of the process
-    trial : whose readings the forces move
-    places : positions of its parameters among all
-    """
-
-    rows: slice
-    columns: np.ndarray
-    process: np.ndarray
-    trial: TrialProblem
-    places: np.ndarray
+    rows: slice  # of the residuals, those of the trial
+    columns: np.ndarray  # (n_white,) positions of the white coordinates among the parameters, axis after axis
+    process: np.ndarray  # (n_process,) positions of the parameters of the process
+    trial: TrialProblem  # whose readings the forces move
+    places: np.ndarray  # positions of the trial's parameters among all
 
     @property
     def disturbances(self) -> Disturbances:

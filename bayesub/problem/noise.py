@@ -21,23 +21,16 @@ class Noise:
 
     A subclass with a kind, as in ``class AR1(Noise, kind="ar1")``, is a model of study files by that name. Its first
     attribute is `sd`; the others, with their types and defaults, are the keys of its section.
-
-    Attributes
-    ----------
-    KINDS : name in study files -> model
-    words : what a report calls it; of normal noise nothing
-    SAMPLED : names of the attributes that a problem may infer
-    is_normal : whether with known attributes -|residuals|^2 / 2 is the log density but for a constant, and
-        :meth:`weigh` does not depend on the prediction
-    has_density : whether the log density has a gradient, and readings have quantile residuals
-    heavy_tailed : whether the gradient vanishes far from the reading, so that a search from there goes nowhere
     """
 
-    KINDS: ClassVar[dict[str, type["Noise"]]] = {}
-    words: ClassVar[str] = ""
-    SAMPLED: ClassVar[tuple[str, ...]] = ()
+    KINDS: ClassVar[dict[str, type["Noise"]]] = {}  # name in study files -> model
+    words: ClassVar[str] = ""  # what a report calls it; of normal noise nothing
+    SAMPLED: ClassVar[tuple[str, ...]] = ()  # names of the attributes that a problem may infer
+    # whether with known attributes -|residuals|^2 / 2 is the log density but for a constant, and :meth:`weigh` does not
+    # depend on the prediction
     is_normal: ClassVar[bool] = False
-    has_density: ClassVar[bool] = True
+    has_density: ClassVar[bool] = True  # whether the log density has a gradient, and readings have quantile residuals
+    # whether the gradient vanishes far from the reading, so that a search from there goes nowhere
     heavy_tailed: ClassVar[bool] = False
     sd: float
 

@@ -61,15 +61,8 @@ class CoefficientPrior:
     def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:
         """Whether each coefficient has a prior of positive width; one without stays fixed.
 
-        Parameters
-        ----------
-        columns : (n,) positions of the coefficients in a set
-        xi : (n_terms,) coefficient set that the prior is centred on unless it has a centre of its own
-        equations : the set
-
-        Returns
-        -------
-        (n,) booleans
+        `columns` (n,) are the positions of the coefficients in a set, and `xi` (n_terms,) is the one that the prior is
+        centred on unless it has a centre of its own. Returned are (n,) booleans.
         """
         raise NotImplementedError
 
@@ -80,20 +73,12 @@ class CoefficientPrior:
 
 @dataclass(frozen=True, eq=False)
 class Spread(CoefficientPrior):
-    """A prior for whatever coefficients are free, by their distance from a centre; see :func:`relative_normal`.
+    """A prior for whatever coefficients are free, by their distance from a centre; see :func:`relative_normal`."""
 
-    Attributes
-    ----------
-    kind : "normal", "uniform", "log-normal" or "hierarchical"
-    spread : relative standard deviation, half width, or standard deviation of the logarithm
-    centre : (n_terms,) coefficient set, or None for that of the problem
-    by_axis : whether a hierarchical prior has a scale for each axis, and not one for all coefficients
-    """
-
-    kind: str
-    spread: float
-    centre: np.ndarray | None
-    by_axis: bool = False
+    kind: str  # "normal", "uniform", "log-normal" or "hierarchical"
+    spread: float  # relative standard deviation, half width, or standard deviation of the logarithm
+    centre: np.ndarray | None  # (n_terms,) coefficient set, or None for that of the problem
+    by_axis: bool = False  # whether a hierarchical prior has a scale for each axis, and not one for all coefficients
 
     def has_scale(self, columns: np.ndarray, xi: np.ndarray, equations: EquationSet) -> np.ndarray:  # noqa: ARG002
         """Whether each coefficient has a centre that is not zero."""
@@ -119,18 +104,11 @@ class Spread(CoefficientPrior):
 
 @dataclass(frozen=True, eq=False)
 class Given(CoefficientPrior):
-    """Priors of single coefficients, such as values from a towing tank, and a :class:`Spread` for all others.
+    """Priors of single coefficients, such as values from a towing tank, and a :class:`Spread` for all others."""
 
-    Attributes
-    ----------
-    others : the prior of all other coefficients
-    priors : name -> prior of one parameter (:func:`normal`, ..)
-    correlations : (name, name, correlation) of coefficients with normal priors
-    """
-
-    others: Spread
-    priors: dict[str, Prior]
-    correlations: tuple[tuple[str, str, float], ...] = ()
+    others: Spread  # the prior of all other coefficients
+    priors: dict[str, Prior]  # name -> prior of one parameter (:func:`normal`, ..)
+    correlations: tuple[tuple[str, str, float], ...] = ()  # (name, name, correlation) of normal priors
 
     def __post_init__(self):
         for first, second, correlation in self.correlations:
@@ -201,11 +179,8 @@ class Given(CoefficientPrior):
 def relative_normal(sd: float, centre: np.ndarray | None = None) -> Spread:
     """Normal prior with standard deviation ``sd * |centre|`` for each coefficient.
 
-    Parameters
-    ----------
-    sd : relative standard deviation, 0.25 for 25 %
-    centre : (n_terms,) coefficient set; by default the vehicle's own. A coefficient whose centre is zero has no scale
-        and stays fixed.
+    The `sd` is relative, 0.25 for 25 %. `centre` (n_terms,) is a coefficient set, by default the vehicle's own. A
+    coefficient whose centre is zero has no scale and stays fixed.
     """
     return _spread("normal", "sd", sd, centre)
 
@@ -224,13 +199,9 @@ def relative_hierarchical(log_sd: float, centre: np.ndarray | None = None, *, by
     """Log-normal prior about the centre with an unknown sd of the logarithm, the same for all coefficients.
 
     Its own logarithm is uniform within a factor of four of `log_sd`, and the data say more of it
-    (:class:`bayesub.problem.shared_scale.SharedScale`). A coefficient keeps the sign of its centre.
-
-    Parameters
-    ----------
-    log_sd : how far the guesses may be off, 0.25 for some 25 %
-    centre : as of :func:`relative_normal`
-    by_axis : whether each axis has an sd of its own
+    (:class:`bayesub.problem.shared_scale.SharedScale`). A coefficient keeps the sign of its centre. `log_sd` says how
+    far the guesses may be off, 0.25 for some 25 %; `centre` is as of :func:`relative_normal`, and with `by_axis` each
+    axis has an sd of its own.
     """
     return replace(_spread("hierarchical", "log_sd", log_sd, centre), by_axis=by_axis)
 
@@ -246,11 +217,9 @@ def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.n
     Of coefficients that are correlated in the file and of which only some are free, these have the same joint prior:
     the others are integrated out, not held.
 
-    Parameters
-    ----------
-    vehicle : has `xi` and `sd`, both (n_terms,), and `correlation`; an sd that is not a number is not given
-    otherwise : such as ``relative_normal(0.25)``; without it a coefficient that has no sd has no scale and stays fixed
-    centre : (n_terms,) means of what has an sd; by default the vehicle's `xi`
+    Of the `vehicle` are taken `xi` and `sd`, both (n_terms,), and `correlation`; an sd that is not a number is not
+    given. Without `otherwise`, such as ``relative_normal(0.25)``, a coefficient that has no sd has no scale and stays
+    fixed. `centre` (n_terms,) are the means of what has an sd; by default the vehicle's `xi`.
     """
     mean = vehicle.xi if centre is None else np.asarray(centre, dtype=float)
     names = vehicle.equations.names

@@ -30,16 +30,10 @@ _ITERATIONS = 4  # of Newton's method for its inverse
 
 @dataclass(frozen=True, eq=False)
 class SharedScale(Prior):
-    """Log-normal prior about `median` (n_params,), not zero, with one unknown sd of the logarithm for all parameters.
+    """Log-normal prior about `median`, not zero, with one unknown sd of the logarithm for all parameters."""
 
-    Attributes
-    ----------
-    median : (n_params,), whose signs the parameters have
-    scales : (n_scales,) values of that sd, each as probable
-    """
-
-    median: np.ndarray
-    scales: np.ndarray
+    median: np.ndarray  # (n_params,), whose signs the parameters have
+    scales: np.ndarray  # (n_scales,) values of that sd, each as probable
 
     @property
     def mean(self) -> np.ndarray:
@@ -143,10 +137,7 @@ def _logarithms(parameters, median):
 class _Stretch:
     """The stretch h along the radius of standard normal coordinates t, of n parameters with one of several scales.
 
-    Attributes
-    ----------
-    radii : of t, increasing
-    logs : spline of log(h(r) / r) over them
+    Over the `radii` of t, increasing, `logs` is a spline of log(h(r) / r).
     """
 
     def __init__(self, n_params: int, scales: np.ndarray):

@@ -123,17 +123,12 @@ class FlownTrial(PosteriorDensity):
 class TrialProblem(FlownTrial):
     """The posterior density of one trial; :class:`bayesub.problem.problem.Problem` poses it, views change its parts.
 
-    Attributes
-    ----------
-    simulator : flies it, with output at the times of the readings
-    sds : (n_readings,) their standard deviations with rounding, SI units
-    times : (n_readings,) when they were taken, s
-    duration : time of the last one, s
-    rows : channel -> where its readings stand among the residuals
-    channels : channel -> channel and its noise model
-    n_rows : number of residuals: one a reading, and one for each parameter of the noise that is inferred
-    heavy_tailed : whether any noise is (:class:`bayesub.problem.noise.Noise`)
-    inferred : positions of the nuisance parameters that are inferred, among those of the forward model
+    The `simulator` has output at the times of the readings; `times` (n_readings,), s, are when they were taken, the
+    last at `duration`, and `sds` (n_readings,) are their standard deviations with rounding, SI units. `rows` are
+    channel -> where its readings stand among the residuals, and `channels` channel -> channel and its noise model. Of
+    the `n_rows` residuals there is one a reading, and one for each parameter of the noise that is inferred;
+    `heavy_tailed` is whether any noise is (:class:`bayesub.problem.noise.Noise`). `inferred` are the positions of the
+    nuisance parameters that are inferred, among those of the forward model.
     """
 
     forward: ForwardModel  # the forward model, whose costs all views share
@@ -222,9 +217,8 @@ class TrialProblem(FlownTrial):
         """(n_batch, n_rows) standardised residuals, ``(predicted - reading) / sd`` where the noise is normal.
 
         Otherwise scores over the root of the information (:class:`bayesub.problem.noise.Noise`), so that with
-        :meth:`jacobian` they make the gradient of minus the log likelihood. There is a row for
-        each reading, and after those one for each parameter of the noise. Nothing is simulated if it is known what is
-        predicted.
+        :meth:`jacobian` they make the gradient of minus the log likelihood. There is a row for each reading, and after
+        those one for each parameter of the noise. Nothing is simulated if it is known what is predicted.
         """
         return self.likelihood.residuals(*self._both(parameters, predicted))
 

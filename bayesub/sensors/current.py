@@ -53,15 +53,9 @@ def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, fl
     The position drifts with the water, and the current adds to the body velocities as seen in body axes. Attitude and
     rates are the same for both.
 
-    Parameters
-    ----------
-    states : (.., n_times, 12) through the water, from :func:`bayesub.simulate`
-    times : (n_times,), s
-    current : (2,) constant, to the north and to the east, m/s; or how the water moves at these times
-
-    Returns
-    -------
-    (.., n_times, 12) states of which x, y, u, v, w are over the ground; they are linear in the current
+    `states` (.., n_times, 12), at `times` (n_times,), s, are through the water, from :func:`bayesub.simulate`. The
+    `current` is constant, (2,) to the north and to the east, m/s, or says how the water moves at these times. Returned
+    are states (.., n_times, 12) of which x, y, u, v, w are over the ground; they are linear in the current.
     """
     states = np.array(states, dtype=float)
     water = current if isinstance(current, Water) else Water.steady(np.asarray(current), np.asarray(times))

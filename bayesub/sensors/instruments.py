@@ -27,12 +27,8 @@ class Instrument:
     """What all instruments share; iterating over one gives its sensors.
 
     For a channel of unit m, deg, mps, .. an instrument has a standard deviation `sd_m`, `sd_deg`, `sd_mps`, .. and
-    possibly a rounding step `resolution_m`, .. in that unit.
-
-    Attributes
-    ----------
-    channels : those that are measured
-    interval_s : one reading every so many seconds, the first after one interval
+    possibly a rounding step `resolution_m`, .. in that unit. It reads its `channels` every `interval_s` seconds, first
+    after one interval.
     """
 
     CHANNELS: ClassVar[tuple[str, ...]]  # all that it can measure
@@ -60,10 +56,7 @@ class Instrument:
 class Track(Instrument):
     """A tracking range or an inertial navigator: position and attitude with independent normal noise.
 
-    Attributes
-    ----------
-    position_sd_m : standard deviation of x, y, z
-    attitude_sd_deg : standard deviation of roll, pitch, yaw
+    The standard deviation of x, y, z is `position_sd_m`, that of roll, pitch, yaw `attitude_sd_deg`.
     """
 
     CHANNELS = ("x", "y", "z", *ATTITUDE)

@@ -50,23 +50,15 @@ class MeasurementModel:
     Derivatives are those of one member: its outputs are (n_times, n_measured), the water, of a model with a current, is
     of (n_times, 2) each, and the lever arms of instruments that are moved are (3,).
 
-    Parameters
-    ----------
-    channels : of which the quantity, the times and the lever arm count; their values need not be known yet
-    current : whether there is a current
-    clocks : instruments that have rows of times for themselves, because their clocks are not known
-    moved : instruments whose lever arms are not known
+    Of the `channels` count the quantity, the times and the lever arm; their values need not be known yet. `current`
+    says whether there is a current. Instruments in `clocks` have rows of times for themselves, because their clocks are
+    not known; the lever arms of those in `moved` are not known.
 
-    Attributes
-    ----------
-    times : (n_times,) all times at which a channel reads, ascending, s; those of instruments in `clocks` come after the
-        others
-    by_clock : instrument in `clocks` -> its times
-    measured : short names of the states and accelerations that the readings depend on, n_measured of them
-    slices : where each channel stands among the readings
-    n_readings : number of readings of all channels
-    places : (n_readings,) where the time of each stands among the times
-    displaced : whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes
+    `times` (n_times,), s, are all times at which a channel reads, ascending, and after them those of instruments in
+    `clocks`; `by_clock` is instrument in `clocks` -> its times. `measured` are short names of the states and
+    accelerations that the readings depend on, n_measured of them. `slices` say where each channel stands among the
+    `n_readings` readings of all, and `places` (n_readings,) where the time of each stands among the times. `displaced`
+    is whether derivatives need the motion: of a lever arm that matters, and of velocities in inertial axes.
     """
 
     def __init__(

@@ -22,33 +22,21 @@ _SLACK = 0.05  # turns by which noise may push a heading beyond the ends of the 
 
 @dataclass(frozen=True)
 class Channel:
-    """Readings of one quantity, all in SI units and radians.
+    """Readings of one quantity, all in SI units and radians."""
 
-    Attributes
-    ----------
-    quantity : short name, a key of :data:`bayesub.sensors.QUANTITIES`
-    times : (n,), s
-    values : (n,)
-    sd : standard deviation of the noise
-    resolution : step to which noisy values were then rounded, or 0
-    lever_arm_m : place of the sensor from the body origin
-    clock_offset_s : how far its clock is ahead: a file stamps a reading with its time plus that
-    modulo_turn : whether values are known up to whole turns only, as the headings of a log, so that they are compared
-        modulo one turn (:meth:`bayesub.sensors.measurement.MeasurementModel.to_nearest_turn`). A simulated heading is
-        continuous.
-    direction : unit vector along which a log of the speed through the water reads
-    instrument : with whose other channels it shares clock and place; by default it is an instrument by itself
-    """
-
-    quantity: str
-    times: np.ndarray
-    values: np.ndarray
-    sd: float
-    resolution: float = 0.0
-    lever_arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    clock_offset_s: float = 0.0
+    quantity: str  # short name, a key of :data:`bayesub.sensors.QUANTITIES`
+    times: np.ndarray  # (n,), s
+    values: np.ndarray  # (n,)
+    sd: float  # standard deviation of the noise
+    resolution: float = 0.0  # step to which noisy values were then rounded, or 0
+    lever_arm_m: tuple[float, float, float] = (0.0, 0.0, 0.0)  # place of the sensor from the body origin
+    clock_offset_s: float = 0.0  # how far its clock is ahead: a file stamps a reading with its time plus that
+    # whether values are known up to whole turns only, as the headings of a log, so that they are compared modulo one
+    # turn (:meth:`bayesub.sensors.measurement.MeasurementModel.to_nearest_turn`). A simulated heading is continuous.
     modulo_turn: bool = False
+    # unit vector along which a log of the speed through the water reads
     direction: tuple[float, float, float] | None = None
+    # with whose other channels it shares clock and place; by default it is an instrument by itself
     instrument: str = ""
 
     def __post_init__(self):

@@ -232,11 +232,8 @@ def _each(sensors) -> Iterable[Sensor]:
 def modified(sensors: Sensor | Iterable, channels: Iterable[str] | None = None, **changes: Any) -> tuple[Sensor, ...]:
     """Sensors with other settings, such as ``modified(DVL(0.005), dropout=0.1, gaps=[(60, 90)])``.
 
-    Parameters
-    ----------
-    sensors : whatever :func:`observe` takes
-    channels : names of the channels to change, such as ``["u_ground"]``; by default all
-    **changes : attributes of :class:`Sensor`
+    `sensors` are whatever :func:`observe` takes. The `changes` are attributes of :class:`Sensor`, for the named
+    `channels`, such as ``["u_ground"]``; by default for all.
     """
     sensors = flat(sensors)
     names = [channel_name(sensor.quantity) for sensor in sensors]

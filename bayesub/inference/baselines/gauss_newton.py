@@ -33,20 +33,11 @@ def gauss_newton(
     White coordinates of forces take no part in the ladder. They follow each step as fits best, and the step is that of
     the readings without them (:mod:`bayesub.inference.identifiability.linear_model`).
 
-    Parameters
-    ----------
-    start : (n_params,); by default the middle of the prior
-    tolerance : stop when an undamped step is shorter than this many posterior standard deviations, or when no step
-        lowers the cost by as much as such a step would: at a jump of the forces, undamped steps stay long
-
-    Returns
-    -------
-    Estimate with the covariance of the Laplace approximation, of all parameters that are no white coordinates; cost is
-    the minimised sum of squares.
-
-    Raises
-    ------
-    ValueError : if the simulation fails at the start
+    `start` (n_params,) is by default the middle of the prior. The search stops when an undamped step is shorter than
+    `tolerance` posterior standard deviations, or when no step lowers the cost by as much as such a step would: at a
+    jump of the forces, undamped steps stay long. The Estimate has the covariance of the Laplace approximation, of all
+    parameters that are no white coordinates; its cost is the minimised sum of squares. ValueError if the simulation
+    fails at the start.
     """
     began, before = time.perf_counter(), (problem.costs.simulations, problem.costs.jacobians)
     prior = problem.prior

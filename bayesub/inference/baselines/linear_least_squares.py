@@ -18,21 +18,14 @@ def linear_least_squares(
 
     The motion is taken as it is: nothing that is unknown of readings and instruments, such as clocks, can be searched.
     Columns are scaled to unit length first. Where the matrix has a null space (singular values below `rcond` of the
-    largest) the solution nearest to the guess is taken, in scaled coordinates: along those directions the data say
-    nothing and the answer is the guess.
+    largest of the axis) the solution nearest to the guess is taken, in scaled coordinates: along those directions the
+    data say nothing and the answer is the guess.
 
-    Parameters
-    ----------
-    systems : from :func:`bayesub.model.linear_form.linear_systems`
-    guess : coefficient name -> value
-    held : names of coefficients that keep the value of the guess, such as the added masses that reduce the rank
-    rcond : singular values below that part of the largest of their axis count as null
-
-    Returns
-    -------
-    Estimate whose cost is the root mean square residual relative to that of the load, largest over the axes. The
-    covariance is the classical one, ``sigma^2 (A'A)^-1`` with sigma from the residuals of the axis: right if the errors
-    are independent, equal and in the load only. It is None if an axis is not unique.
+    `systems` are from :func:`bayesub.model.linear_form.linear_systems`, the `guess` is coefficient name -> value, and
+    coefficients named in `held`, such as the added masses that reduce the rank, keep the value of the guess. The cost
+    of the Estimate is the root mean square residual relative to that of the load, largest over the axes. The covariance
+    is the classical one, ``sigma^2 (A'A)^-1`` with sigma from the residuals of the axis: right if the errors are
+    independent, equal and in the load only. It is None if an axis is not unique.
     """
     began = time.perf_counter()
     forms, values, blocks, misfits, deficient = scaled(systems, guess, held), [], [], [], []

@@ -38,18 +38,14 @@ def linear_programme(
     without noise the tolerance of HiGHS would cost digits, so that the programme is solved again for what the first
     solution leaves (iterative refinement; Gleixner, Steffy & Wolter 2016).
 
-    Parameters
-    ----------
-    systems, guess, held : as in :func:`bayesub.inference.baselines.linear_least_squares`
-    bounds : coefficient name -> (low, high), either of them None for no bound
-    constraints : pairs (weights, upper): the sum of weight * coefficient over the dictionary `weights`, which names
-        coefficients of one axis, is at most `upper`
+    `systems`, `guess` and `held` are as of :func:`bayesub.inference.baselines.linear_least_squares`; `bounds` are
+    coefficient name -> (low, high), either of them None for no bound. In each pair (weights, upper) of the
+    `constraints`, the sum of weight * coefficient over the dictionary weights, which names coefficients of one axis, is
+    at most upper.
 
-    Returns
-    -------
-    Estimate whose cost is the largest residual relative to the largest load, largest over the axes. Where the rank is
-    deficient the solution stays at the guess along what is not determined, unless bounds or constraints forbid it: hold
-    an added mass of the axis. The coefficients of an axis that has no solution are not a number, the cost is then
+    The cost of the Estimate is the largest residual relative to the largest load, largest over the axes. Where the rank
+    is deficient the solution stays at the guess along what is not determined, unless bounds or constraints forbid it:
+    hold an added mass of the axis. The coefficients of an axis that has no solution are not a number, the cost is then
     infinite, and the status says why.
     """
     began = time.perf_counter()

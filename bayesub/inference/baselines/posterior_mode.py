@@ -48,14 +48,7 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     the ends of the intervals, less and less until all predictions are inside. InputError if no mode is found: no
     simulation completes the record, or no parameters that the prior admits make every reading where there is no noise.
 
-    Parameters
-    ----------
-    problem : to be solved
-    rng : source of the starts
-
-    Returns
-    -------
-    Estimate of the last search; its costs are those of all searches.
+    `rng` is the source of the starts. The Estimate is that of the last search; its costs are those of all searches.
     """
     mode: Estimate | None = None
     before = (problem.costs.simulations, problem.costs.jacobians)
@@ -132,18 +125,9 @@ def _search(problem, start) -> Estimate | None:
 def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
     """The posterior mode, followed from large noise and a short record to those of the problem.
 
-    Parameters
-    ----------
-    problem : one that is itself within any duration has its whole record in all searches
-    start : (n_params,) by default the middle of the prior
-
-    Returns
-    -------
-    Estimate: of the last search; its costs are those of all searches
-
-    Raises
-    ------
-    ValueError : if the simulation fails at the start even on the shortest part of the record
+    A problem that is itself within any duration has its whole record in all searches. `start` (n_params,) is by default
+    the middle of the prior. The Estimate is that of the last search; its costs are those of all searches. ValueError if
+    the simulation fails at the start even on the shortest part of the record.
     """
     before = problem.costs.simulations, problem.costs.jacobians
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)

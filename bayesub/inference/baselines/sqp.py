@@ -32,20 +32,18 @@ def sqp(
 ) -> Estimate:
     """Minimise the logarithm of the sum of squared residuals by SciPy's SLSQP, from starts that advance side by side.
 
-    The unknowns are x_i = xi_i / guess_i with the prior mean as the guess, the starts are uniform within
-    ``1 +- start_spread`` and the bounds ``1 +- bounds`` (thesis section 7.4). On the sum of squares itself SLSQP's line
-    search fails at once, because it spans ten decades; its logarithm is what works. A simulation that fails costs
-    infinity: the line search steps back from it ten-fold. With sensors whose standard
-    deviations are 1 m and 1 degree the sum of squares is the thesis's cost function (model manual, section 10).
+    The unknowns are x_i = xi_i / guess_i with the prior mean as the guess; the starts are uniform within ``1 +-
+    start_spread`` and the bounds ``1 +- bounds`` (thesis section 7.4). On the sum of squares itself SLSQP's line search
+    fails at once, because it spans ten decades; its logarithm is what works. A simulation that fails costs infinity:
+    the line search steps back from it ten-fold. With sensors whose standard deviations are 1 m and 1 degree the sum of
+    squares is the thesis's cost function (model manual, section 10).
 
     Parameters
     ----------
-    problem : to be solved
     rng : source of the starts
     informed : names of parameters, such as currents and clocks, whose priors count as residuals and that are searched
         in units of these (:class:`bayesub.inference.baselines.starts.Normalised`): the starts are uniform within 0.4
         prior standard deviations, and the bounds three
-    n_starts : number of starts
     start_spread : half width of the starts in the unknowns
     bounds : half width of the bounds in the unknowns
     gradients : "exact" from the Jacobian of the problem, or "forward" differences as in the thesis

@@ -31,16 +31,10 @@ def trust_region(
     last. The search goes on until steps are round-off, because the last digits of the coefficients are in the last
     digits of the track. A simulation that fails shrinks the trust region four-fold.
 
-    Parameters
-    ----------
-    problem, rng, informed, n_starts, start_spread, progress : as of :func:`bayesub.inference.baselines.sqp`
-    bounds : half width of the bounds in the unknowns, or None
-    max_iterations : evaluations of each search
-
-    Returns
-    -------
-    Estimate, best solution first; the cost is the sum of squared residuals. The covariance is ``(J'J)^-1`` at the best
-    solution. It is None where the problem has null directions, which is not left to the error of J, or J lacks rank.
+    `bounds` are half the width of the bounds in the unknowns, `max_iterations` are evaluations of each search, and the
+    other arguments are as of sqp. The best solution is the first; the cost is the sum of squared residuals. The
+    covariance is ``(J'J)^-1`` at the best solution. It is None where the problem has null directions, which is not left
+    to the error of J, or J lacks rank.
     """
     unknowns = Normalised(problem, informed)
     limits = (-np.inf, np.inf) if bounds is None else (1.0 - bounds, 1.0 + bounds)

@@ -21,25 +21,17 @@ class Spectrum(Displayed):
     deviations, so with s well above one the data rule and with s well below one the prior does. Directions that are
     null by the equations stand last, after the sloppiest one that is not; their s is the error of the Jacobian and
     counts as zero.
-
-    Attributes
-    ----------
-    names : (n_params,)
-    singular_values : (n_params,) descending, apart from those of the null directions
-    directions : (n_params, n_params), row i the step of one standard deviation of the prior along direction i, in the
-        prior standard deviations of each parameter, its largest entry positive; the rows are orthonormal if the prior
-        has no correlations
-    prior_sd : (n_params,)
-    n_null : directions, the last ones, that are null whatever the sensors
-    values : (n_params,) where the Jacobian was taken, histories of forces left out
     """
 
-    names: tuple[str, ...]
-    singular_values: np.ndarray
+    names: tuple[str, ...]  # (n_params,)
+    singular_values: np.ndarray  # (n_params,) descending, apart from those of the null directions
+    # (n_params, n_params), row i the step of one standard deviation of the prior along direction i, in the prior
+    # standard deviations of each parameter, its largest entry positive; the rows are orthonormal if the prior has no
+    # correlations
     directions: np.ndarray
-    prior_sd: np.ndarray
-    n_null: int = 0
-    values: np.ndarray | None = None
+    prior_sd: np.ndarray  # (n_params,)
+    n_null: int = 0  # directions, the last ones, that are null whatever the sensors
+    values: np.ndarray | None = None  # (n_params,) where the Jacobian was taken, histories of forces left out
 
     @property
     def n_informed(self) -> int:
@@ -84,15 +76,11 @@ def fisher(
     Histories of forces are integrated out: the spectrum is that of all other parameters, and an effect on the readings
     that the forces may have had as well says little about them.
 
-    Parameters
-    ----------
-    at : Estimate or parameter vector (n_params,)
-    null : null vectors, dicts of parameter -> change, as of
-    :attr:`bayesub.inference.identifiability.NullSpace.vectors`; by
-        default those of :func:`bayesub.inference.identifiability.null_space` at `at`. If there are none every direction
-        counts as one that better sensors could see, and singular values that are only the error of the Jacobian are
-        taken at their word.
-    draws : (n, n_params) of the posterior, which say an unknown scale of the prior, and what is not null at all of them
+    `at` is an Estimate or a parameter vector (n_params,). The vectors `null`, dicts of parameter -> change, are as of
+    :attr:`bayesub.inference.identifiability.NullSpace.vectors`; by default they are those of
+    :func:`bayesub.inference.identifiability.null_space` at `at`. If there are none every direction counts as one that
+    better sensors could see, and singular values that are only the error of the Jacobian are taken at their word. The
+    `draws` (n, n_params) of the posterior say an unknown scale of the prior, and what is not null at all of them.
     """
     parameters = parameter_vector(at)
     prior = problem.prior if draws is None else problem.prior.found(draws)

@@ -21,16 +21,10 @@ _LINES, _REACH, _POINTS = 250, np.arcsinh(50.0), 161  # draws, and places on the
 
 @dataclass(frozen=True)
 class NullSpace:
-    """Null directions of a problem at one parameter vector.
+    """Null directions of a problem at one parameter vector."""
 
-    Attributes
-    ----------
-    names : (n_params,) parameters of the problem; those that are in no equation have no part in a null vector
-    ranks : axis -> what is unique among its coefficients
-    """
-
-    names: tuple[str, ...]
-    ranks: dict[str, AxisRank]
+    names: tuple[str, ...]  # (n_params,) of the problem; those that are in no equation have no part in a null vector
+    ranks: dict[str, AxisRank]  # axis -> what is unique among its coefficients
 
     @property
     def vectors(self) -> tuple[dict[str, float], ...]:
@@ -56,14 +50,10 @@ def null_space(
     """The null space of a problem.
 
     The coefficients of a problem are in it as far as they are free. Relations between coefficients and nuisance
-    parameters are not looked for: nuisance parameters have no part in a null vector.
-
-    Parameters
-    ----------
-    problem : with linear systems; without them there are no null directions
-    at : Estimate or parameter vector (n_params,), of whose motion the equations are taken
-    accuracy : relative accuracy of the best readings, below which a direction is weak
-    draws : (n, n_params) of the posterior; what is round-off at `at`, and not at all of some of these, is not null
+    parameters are not looked for: nuisance parameters have no part in a null vector. The equations are taken of the
+    motion of `at`, an Estimate or a parameter vector (n_params,); a problem without linear systems has no null
+    directions. A direction is weak below `accuracy`, the relative accuracy of the best readings. `draws` (n, n_params)
+    are of the posterior: what is round-off at `at`, and not at all of some of these, is not null.
     """
     some = () if draws is None else draws[np.linspace(0, len(draws) - 1, RANK_DRAWS).astype(int)]
     systems, *others = (problem.linear_systems(one) for one in (parameter_vector(at), *some))
@@ -83,16 +73,12 @@ def null_vectors(
 def kept(prior: InferencePrior, draws: np.ndarray, steps: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
     """The sd (n_null,) that the prior alone gives null directions beside what the data say of all else.
 
-    Where the data do not tell the points of a line, the posterior on it is the prior on it. With means and variances
-    of the prior on the lines through draws, by the law of total variance, draws of a right posterior have this sd,
-    whatever the prior: of a normal one that is its own, of a uniform one it is wider in the middle of the box
-    and narrower in a corner.
-
-    Parameters
-    ----------
-    draws : (n_draws, n_params) of the posterior
-    steps : (n_null, n_params) along each null direction, in parameters
-    coordinates : (n_null, n_params) such that ``parameters @ coordinates.T`` counts steps along each
+    Where the data do not distinguish the points of a line, the posterior on it is the prior on it. With means and
+    variances of the prior on the lines through draws, by the law of total variance, draws of a right posterior have
+    this sd, whatever the prior: of a normal one that is its own, of a uniform one it is wider in the middle of the box
+    and narrower in a corner. `draws` (n_draws, n_params) are of the posterior; `steps` (n_null, n_params) are along
+    each null direction, in parameters; with `coordinates` (n_null, n_params) ``parameters @ coordinates.T`` counts
+    steps along each.
     """
     some = draws[np.linspace(0, len(draws) - 1, min(_LINES, len(draws))).astype(int)]
     s = np.linspace(-_REACH, _REACH, _POINTS)

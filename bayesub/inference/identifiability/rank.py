@@ -20,27 +20,18 @@ _DIGITS = 5  # by which the entries of a vector are ordered; those that differ b
 
 @dataclass(frozen=True)
 class AxisRank:
-    """Uniqueness of the coefficients of one axis.
+    """Uniqueness of the coefficients of one axis."""
 
-    Attributes
-    ----------
-    names : (n_columns,) coefficients
-    singular_values : (n_columns,) of the matrix with columns scaled to unit length, descending
-    threshold : singular values below it are round-off
-    null_vectors : one dict a null direction, coefficient -> change, largest entries first, in non-dimensional
-        coefficients: the motion is the same anywhere along it
-    pivots : one coefficient a null vector, absent from the others: held fixed, they make the rest unique
-    weak_vectors : one dict a weak direction, in the same way, weakest first
-    accuracy : relative accuracy of readings; singular values below that part of the largest are weak
-    """
-
-    names: tuple[str, ...]
-    singular_values: np.ndarray
-    threshold: float
+    names: tuple[str, ...]  # (n_columns,) coefficients
+    singular_values: np.ndarray  # (n_columns,) of the matrix with columns scaled to unit length, descending
+    threshold: float  # singular values below it are round-off
+    # one dict a null direction, coefficient -> change, largest entries first, in non-dimensional coefficients: the
+    # motion is the same anywhere along it
     null_vectors: tuple[dict[str, float], ...]
+    # one coefficient a null vector, absent from the others: held fixed, they make the rest unique
     pivots: tuple[str, ...] = ()
-    weak_vectors: tuple[dict[str, float], ...] = ()
-    accuracy: float = ACCURACY
+    weak_vectors: tuple[dict[str, float], ...] = ()  # one dict a weak direction, in the same way, weakest first
+    accuracy: float = ACCURACY  # relative, of readings; singular values below that part of the largest are weak
 
     @property
     def columns(self) -> int:
@@ -103,14 +94,11 @@ def rank(
     Columns are scaled to unit length, because the regressors differ by orders of magnitude. See :func:`round_off` for
     the threshold.
 
-    Parameters
-    ----------
-    systems : axis -> object with names (n_columns,), matrix (n_samples, n_columns) and rounding, the relative error of
-        its columns, a number or (n_columns,)
-    prefer : names to tie null vectors to where that is possible: those that an engineer would rather hold fixed
-    accuracy : relative accuracy of the best readings, below which a direction is weak
-    others : the systems at other coefficients. A direction that one of them shows is not null, although it may be
-        round-off in `systems` by accident, as where two speeds happen never to differ in sign
+    `systems` are axis -> object with names (n_columns,), matrix (n_samples, n_columns) and rounding, the relative error
+    of its columns, a number or (n_columns,). Null vectors are tied to names in `prefer` where that is possible: those
+    that an engineer would rather hold fixed. A direction is weak below `accuracy`, the relative accuracy of the best
+    readings. `others` are the systems at other coefficients. A direction that one of them shows is not null, although
+    it may be round-off in `systems` by accident, as where two speeds happen never to differ in sign.
     """
     return {
         axis: _rank(system, [other[axis] for other in others if axis in other], prefer, accuracy)

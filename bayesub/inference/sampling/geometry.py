@@ -71,15 +71,11 @@ def _active(changes, worth: float) -> np.ndarray:
 class Geometry:
     """The map from sampling coordinates y to parameters.
 
-    Attributes
-    ----------
-    prior : of the parameters
-    mode : (n_params,) posterior mode in x
-    singular_values : (n_params,) of the Jacobian by x, stiffest first; below one before the rotation
-    basis : (n_params, n_params); column i is the step in x for a unit of z_i
-    changes : (n_params, n_params) mean of C'C with C the change of the Jacobian between the mode and a draw
-    active : (n_params, n_active) orthonormal directions in z along which the Jacobian changes, most active first
-    bends : one :class:`Bend` for each decade of stiff coordinates, stiffest first
+    The posterior `mode` (n_params,) is in x, and `singular_values` (n_params,) are those of the Jacobian by x, stiffest
+    first, below one before the rotation. Column i of the `basis` (n_params, n_params) is the step in x for a unit of
+    z_i. `changes` (n_params, n_params) are the mean of C'C with C the change of the Jacobian between the mode and a
+    draw, `active` (n_params, n_active) orthonormal directions in z along which the Jacobian changes, most active first,
+    and `bends` one :class:`Bend` for each decade of stiff coordinates, stiffest first.
     """
 
     def __init__(
@@ -274,11 +270,9 @@ class Bend:
 def packed(bends: Sequence[Bend]) -> tuple[np.ndarray, np.ndarray]:
     """Bends as arrays, for what is compiled.
 
-    Returns
-    -------
-    (n_bends, 10) of each its start, stop, numbers of active directions, of products and of combinations that have
-    these, and where among all numbers its active directions, the three parts of its polynomials and its factor begin;
-    and these numbers in a row.
+    The first (n_bends, 10) has of each its start, stop, numbers of active directions, of products and of combinations
+    that have these, and where among all numbers its active directions, the three parts of its polynomials and its
+    factor begin; the second has these numbers in a row.
     """
     sizes, parts, first = np.empty((len(bends), 10), dtype=np.int64), [np.empty(0)], 0
     for size, bend in zip(sizes, bends, strict=True):

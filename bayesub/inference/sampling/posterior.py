@@ -162,10 +162,7 @@ class Posterior(Convergence, Displayed):
     def part(self, positions: np.ndarray) -> "Posterior":
         """The posterior of some parameters, with the convergence of each as it was judged among all.
 
-        Parameters
-        ----------
-        positions : (n,) of the parameters, such as those that are no forces at knots:
-            ``posterior.part(problem.others)``
+        `positions` (n,) are theirs, as in ``posterior.part(problem.others)``, of all but forces at knots.
         """
         result = replace(
             self,

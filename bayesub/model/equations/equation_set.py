@@ -98,15 +98,10 @@ class EquationSet:
 
     Attributes
     ----------
-    name, title, description, reference : str
-    terms : tuple of Term
-        n_terms of them, by axis.
-    controls : tuple of Control
-        n_controls of them.
-    degrees_of_freedom : int
-        6, or 3 for surge, sway and yaw.
-    rigid_body_terms : str
-        "separate", or "in_coefficients" if the velocity terms of the rigid body are part of the coefficients.
+    terms : n_terms of them, by axis
+    controls : n_controls of them
+    degrees_of_freedom : 6, or 3 for surge, sway and yaw
+    rigid_body_terms : "separate", or "in_coefficients" if coefficients include the velocity terms of the rigid body
     speed : to which the speed powers refer: "trial" (of the vehicle) or "instantaneous"
     stations : points of the integrals along the hull
     """

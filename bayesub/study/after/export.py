@@ -120,12 +120,10 @@ def export(
     ----------
     folder : the run folder
     path : the file
-    kind : str or None
-        "vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs", "gazebo", "stonefish" or
-        "holoocean" (:data:`FORMATS`); by default that of the suffix.
-    fleet : int
-        How many draws of the posterior are written for a simulator, each into a file with its number behind the name,
-        in place of the means.
+    kind : "vehicle", "csv", "netcdf", "parquet", "latex", "markdown", "mss", "mss-json", "pvs", "gazebo", "stonefish"
+        or "holoocean" (:data:`FORMATS`); by default that of the suffix.
+    fleet : how many draws of the posterior are written for a simulator, each into a file with its number behind the
+        name, in place of the means
     seed : which draws these are
 
     Returns

@@ -17,6 +17,7 @@ from bayesub.io.atomic import write_csv, write_text, writing
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs import log_files
+from bayesub.model.autopilot import SteeredSimulator, load_autopilot
 from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.model.simulator import OF_MANOEUVRE
 from bayesub.model.vehicles import Vehicle
@@ -55,6 +56,7 @@ class Request:
     subproblem: str | None = OF_MANOEUVRE  # plane of the motion; of a CSV by default that of the first fitted trial
     sample_s: float | None = None  # output interval of a manoeuvre
     current_mps: tuple[float, float] | None = None  # known, of a manoeuvre, north and east; by default still water
+    autopilot: Path | None = None  # file of one that steers every draw in the course of a manoeuvre
     draws: int = N_DRAWS  # of posterior and prior
     seed: int = 0
 
@@ -84,9 +86,9 @@ def predict_by_run(
     progress.stage("read the run")
     run = finished_run(request.run)
     posed = pose(run, request)
-    names = [name for name in (request.source, request.sensors) if name is not None and toml_files.is_path(name)]
-    files = {name: Path(name) for name in names}
-    asked = vars(request) | {"subproblem": request.subproblem or "none"}
+    sources = (request.source, request.sensors, request.autopilot and str(request.autopilot))
+    files = {name: Path(name) for name in sources if name is not None and toml_files.is_path(name)}
+    asked = vars(request) | {"subproblem": request.subproblem or "none", "autopilot": sources[2]}
     config = of_request("prediction", asked, run.files | files)
     with open_folder(folder, config, copies(files, config["files_sha256"]), force=force):
         rng = np.random.default_rng(request.seed)
@@ -160,12 +162,15 @@ def pose(run: FinishedRun, request: Request) -> PosedTrial:
             raise InputError(f"{source}: --sensors are of a log; a manoeuvre has no readings", "conflict", "--sensors")
         setup = run.setup()
         with error_source(source):
-            trial = _flown(setup, source, request.subproblem, request.sample_s)
+            trial = _flown(setup, source, request)
             _check_current(trial, current_mps)
         return PosedTrial(setup, trial, False, _held(setup, trial), current_mps=current_mps)
     if current_mps is not None:
         what = f"{source}: --current-north-mps and --current-east-mps are of a manoeuvre; that of a log is unknown"
         raise InputError(f"{what}, and its warm-up tells it", "conflict", "--current-north-mps")
+    if request.autopilot is not None:
+        text = f"{source}: --autopilot steers in a manoeuvre; that of a log has steered already"
+        raise InputError(text, "conflict", "--autopilot")
     if request.sample_s is not None:
         text = f"{source}: --sample is of a manoeuvre; a log is predicted at the times of its readings"
         raise InputError(text, "conflict", "--sample")
@@ -214,14 +219,24 @@ def _check(run: FinishedRun, columns: list[str], request: Request) -> tuple[Chec
     return check.model_copy(update={"sensors": sections, "nuisance": nuisance}), unread
 
 
-def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | None) -> UnseenTrial:
-    """A manoeuvre through the water, with the boat, its actuators and the disturbance of the run."""
-    manoeuvre = load_manoeuvre(source, setup.vehicle)
+def _flown(setup: Setup, source: str, request: Request) -> UnseenTrial:
+    """A manoeuvre through the water, with the boat, its actuators and the disturbance of the run.
+
+    Under an autopilot the manoeuvre of the trial is what the vehicle of the run does, and the simulator steers draws.
+    """
+    manoeuvre, subproblem, sample_s = load_manoeuvre(source, setup.vehicle), request.subproblem, request.sample_s
     if subproblem == OF_MANOEUVRE and source.lower().endswith(".csv"):
         _, fitted, _ = next(setup.problem.each_trial(setup.problem.prior.mean))
         subproblem = fitted.manoeuvre.subproblem
     if subproblem != OF_MANOEUVRE:
         manoeuvre = replace(manoeuvre, subproblem=subproblem)
+    autopilot = None
+    if request.autopilot is not None:
+        autopilot = load_autopilot(request.autopilot)
+        if autopilot.heading is not None and autopilot.heading.waypoints_m and request.current_mps is not None:
+            text = f"{request.autopilot}: waypoints_m are of the water; order heading_deg, or leave out the current"
+            raise InputError(text, "conflict", "waypoints_m")
+        manoeuvre = SteeredSimulator(setup.vehicle, manoeuvre, manoeuvre.times[-1:], autopilot=autopilot).recorded()
     interval = manoeuvre.duration / SAMPLES if sample_s is None else sample_s
     n = manoeuvre.duration / interval
     if not 1.0 <= n <= MAX_READINGS:
@@ -238,7 +253,10 @@ def _flown(setup: Setup, source: str, subproblem: str | None, sample_s: float | 
         if of_boat(name, setup.vehicle) and not of_process(name)
     }
     nuisance = present(shared, setup.vehicle, manoeuvre)
-    return UnseenTrial(manoeuvre.name, setup.pose(manoeuvre, record, nuisance=nuisance), 0.0)
+    problem = setup.pose(manoeuvre, record, nuisance=nuisance)
+    if autopilot is not None:
+        problem.forward.simulator = SteeredSimulator.of(problem.simulator, autopilot)
+    return UnseenTrial(manoeuvre.name, problem, 0.0)
 
 
 def _check_current(trial: UnseenTrial, current_mps: tuple[float, float] | None) -> None:

@@ -21,11 +21,10 @@ class StudyResult:
 
     Attributes
     ----------
-    name : of the study
-    question : of the study
-    verdict : str
-        A key of :data:`bayesub.findings.verdicts.STATUS`: "converged and fits" or what is wrong of a study in TOML;
-        "claim holds", "claim failed" or "skipped" (what it needs is not there) of a script; "failed" or "not finished".
+    name, question : of the study
+    verdict : a key of :data:`bayesub.findings.verdicts.STATUS`: "converged and fits" or what is wrong, of a study
+        in TOML; "claim holds", "claim failed" or "skipped" (what it needs is not there), of a script; "failed" or "not
+        finished".
     folder : the run folder
     seconds : of work, over all sessions of the run
     text : what the verdict means, the claims that failed, or why the run did or was skipped

@@ -96,8 +96,7 @@ def run(
     Raises
     ------
     InputError : for a study that does not fit, before a folder is made, and for a folder that is not free
-    RunInterrupted
-        For Ctrl-C during the run; a KeyboardInterrupt.
+    RunInterrupted : for Ctrl-C during the run; a KeyboardInterrupt
     """
     folder = Path(folder)
     if isinstance(study, str | Path):

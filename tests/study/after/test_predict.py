@@ -13,10 +13,11 @@ from support.fins import weaker
 
 import bayesub as bs
 from bayesub.findings.verdicts import STATUS, in_words
-from bayesub.model.simulator import OF_MANOEUVRE, Simulator
+from bayesub.model.autopilot import SteeredSimulator, load_autopilot
+from bayesub.model.simulator import Simulator
 from bayesub.report import page
 from bayesub.study.after.finished_run import finished_run
-from bayesub.study.after.predict import _flown
+from bayesub.study.after.predict import Request, _flown
 from bayesub.study.run.prepare import prepare
 from bayesub.study.run.run_folder import open_folder
 from bayesub.study.sources import file_digest
@@ -25,6 +26,17 @@ TRACK = small_study.track(attitude_sd_deg=0.2, interval_s=1.0)
 TIMES = 40.0  # s, after the warm-up of all logs here
 FEW = ("--draws", 60)  # for what does not depend on the bands
 COARSE = (*FEW, "--sample", 2)
+PILOT = """
+name = "pilot"
+interval_s = 0.2
+[heading]
+heading_deg = [40.0]
+rudder_per_heading = 1.0
+rudder_per_yaw_rate = 1.0
+plane_limit_deg = 20.0
+plane_rate_degps = 10.0
+"""
+PATH = PILOT.replace("heading_deg = [40.0]", "waypoints_m = [[90.0, 9.0]]\nlookahead_m = 5.0\nacceptance_m = 2.0")
 
 
 @pytest.fixture(autouse=True)
@@ -130,12 +142,36 @@ def test_a_current_carries_the_boat_and_turns_it_nowhere(run, tmp_path, bayesub)
     assert "a known current of 0.3 m/s to the north and -0.7 m/s to the east" in page
 
 
+def test_under_an_autopilot_each_draw_is_steered_by_its_own_motion(run, tmp_path, bayesub):
+    """The bands are those of draws that are flown one by one; the heading is known where the prior knows nothing."""
+    (tmp_path / "pilot.toml").write_text(PILOT)
+    folder, options = tmp_path / "p", ("--autopilot", tmp_path / "pilot.toml")
+    assert bayesub("predict", run, "zigzag_20_20", "-o", folder, *FEW, *options)[0] == 0
+    free = tmp_path / "free"
+    assert bayesub("predict", run, "zigzag_20_20", "-o", free, *FEW)[0] == 0
+    times, (low, median, high) = bands(folder, "yaw_deg", "prior")
+    assert abs(median[-1] - 40.0) < 1.0
+    _, (free_low, _, free_high) = bands(free, "yaw_deg", "prior")
+    assert (high - low)[-1] < 0.05 * (free_high - free_low)[-1]
+    assert numbers_of(folder)["name"] == "zigzag_20_20 under pilot"
+    assert "zigzag_20_20 under pilot" in (folder / "prediction.html").read_text()
+    posterior, boat = bs.Posterior.load(run / "posterior.nc"), bs.load_vehicle("auv690")
+    draws = posterior.draws[np.random.default_rng(3).choice(len(posterior.draws), 60)]
+    sets = np.tile(boat.xi, (60, 1))
+    sets[:, boat.equations.columns(posterior.names)] = draws
+    pilot, manoeuvre = load_autopilot(tmp_path / "pilot.toml"), bs.load_manoeuvre("zigzag_20_20", boat)
+    inside = np.minimum(times[1:], manoeuvre.duration)
+    flown = [SteeredSimulator(boat, manoeuvre, inside, autopilot=pilot).run(one)[0][0, :, 0] for one in sets[:5]]
+    spread = np.max([np.ptp(bands(folder, "x_m")[1], axis=0)[1:].max(), 0.05])
+    assert np.abs(np.mean(flown, axis=0) - bands(folder, "x_m")[1][1][1:]).max() < 2.0 * spread
+
+
 def test_a_scale_of_the_rudder_that_was_inferred_counts(tmp_path):
     """Each draw flies the manoeuvre with its own, as a boat whose coefficients of the rudder are so many times its."""
     scaled = small_study.TINY | {"nuisance": {"scale_rudder": {"mean": 1.0, "sd": 0.2}}}
     setup = prepare(bs.load_study(small_study.write(tmp_path / "scaled.toml", **scaled)))
     name, manoeuvre = "zigzag_20_20", bs.load_manoeuvre("zigzag_20_20", setup.vehicle)
-    trial = _flown(setup, name, OF_MANOEUVRE, manoeuvre.duration / 20)
+    trial = _flown(setup, name, Request(tmp_path, name, sample_s=manoeuvre.duration / 20))
     draws = setup.problem.prior.sample(np.random.default_rng(3), 4)
     states = trial.problem.motion(trial.transferred(setup.problem, draws, np.random.default_rng(4)))
     sets = weaker(setup.vehicle, setup.problem.coefficient_sets(draws), "dr", draws[:, 3])
@@ -247,6 +283,10 @@ def test_a_posterior_that_has_not_converged_predicts_with_its_status(run, tmp_pa
         ("short.csv", (), "data", "warm_up_s"),
         ("other.csv", (), "missing", "y_m"),
         ("text.csv", (), "unknown", "hello"),
+        ("log.csv", ("--autopilot", "pilot.toml"), "conflict", "--autopilot"),
+        ("zigzag_20_20", ("--autopilot", "none.toml"), "file", ""),
+        ("zigzag_20_20", ("--autopilot", "log.csv"), "format", ""),
+        ("zigzag_20_20", ("--autopilot", "path.toml", "--current-north-mps", "0.1"), "conflict", "waypoints_m"),
     ],
 )
 def test_what_does_not_fit_is_one_line(run, log, tmp_path, monkeypatch, bayesub, source, options, kind, key):
@@ -255,6 +295,8 @@ def test_what_does_not_fit_is_one_line(run, log, tmp_path, monkeypatch, bayesub,
     table[table["time_s"] < 10.0].to_csv("short.csv", index=False)
     table.drop(columns="y_m").to_csv("other.csv", index=False)
     (tmp_path / "text.csv").write_text("hello\nworld\n")
+    (tmp_path / "pilot.toml").write_text(PILOT)
+    (tmp_path / "path.toml").write_text(PATH)
     status, out, err = bayesub("predict", run, source, "-o", "p", *options)
     assert (status, out, err.count("\n")) == (2, "", 1)
     refusals.check(bayesub.error, kind, key)
