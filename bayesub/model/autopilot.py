@@ -228,9 +228,12 @@ class SteeredSimulator(Simulator):
         parts = {part.name: getattr(simulator, part.name) for part in fields(Simulator) if part.init}
         return cls(**parts | {"dt": simulator.step}, autopilot=autopilot)
 
-    def recorded(self) -> Manoeuvre:
-        """The control history of the vehicle itself, as a manoeuvre; InputError if it does not complete it."""
-        _, status, planes = self.steered(self.vehicle.xi)
+    def recorded(self, xi: np.ndarray | None = None) -> Manoeuvre:
+        """The control history of coefficients (n_terms,), by default of the vehicle itself, as a manoeuvre.
+
+        InputError if that boat does not complete it.
+        """
+        _, status, planes = self.steered(self.vehicle.xi if xi is None else xi)
         if status[0]:
             text = f"'{self.vehicle.name}' does not complete {self.manoeuvre.name} under autopilot"
             raise InputError(f"{text} '{self.autopilot.name}'", "model", self.autopilot.name)

@@ -1,0 +1,1 @@
+"""Boats under an autopilot: what the study of this name needs."""
