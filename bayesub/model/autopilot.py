@@ -118,9 +118,9 @@ class Autopilot(Section):
         return found
 
 
-def load_autopilot(path: Path) -> Autopilot:
+def load_autopilot(path: str | Path) -> Autopilot:
     """Read an autopilot file; InputError with file, key and remedy."""
-    return toml_files.read_toml(path, Autopilot)
+    return toml_files.read_toml(Path(path), Autopilot)
 
 
 class Helm:

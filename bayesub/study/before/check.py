@@ -67,7 +67,7 @@ def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
         "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors'), a "
-        "disturbance (no 'disturbance') nor limits (no 'min_rpm_percent')",
+        "disturbance (no 'disturbance'), limits (no 'min_rpm_percent') nor an autopilot (no 'interval_s')",
         "format",
     )
 
@@ -149,6 +149,13 @@ def _map(path: Path) -> Examined:
     return f"map of logs{kind} to {', '.join(log_map.columns)}", None
 
 
+def _autopilot(path: Path) -> Examined:
+    from bayesub.model.autopilot import load_autopilot
+
+    autopilot = load_autopilot(path)
+    return f"autopilot '{autopilot.name}', which orders {', '.join(autopilot.steered)}", None
+
+
 def _limits(path: Path) -> Examined:
     from bayesub.design.limits import load_limits
 
@@ -176,6 +183,7 @@ _KINDS: dict[str, Callable[[Path], Examined]] = {
     "disturbance": _disturbance_file,
     "share_of_draws": _limits,
     "min_rpm_percent": _limits,
+    "interval_s": _autopilot,
 }
 
 
