@@ -20,7 +20,7 @@ def draw_masked(path, numbers) -> None:
     numbers
         Vehicle -> numbers, as ``studies/autopilot.py`` has them.
     """
-    with style.figure(path, 9.0, 2.7 * len(numbers) + 0.5) as figure:
+    with style.figure(path, 9.0, 2.8 * len(numbers) + 0.7) as figure:
         rows = figure.subplots(len(numbers), len(_TITLES), squeeze=False)
         for row, (vehicle, r) in zip(rows, numbers.items(), strict=True):
             for panel, (quantity, title) in zip(row, _TITLES.items(), strict=True):

@@ -42,7 +42,7 @@ def draw(path, numbers) -> None:
 
 
 def draw_disturbed(path, numbers) -> None:
-    """A panel a vehicle: the largest error of any unseen track by kind of sets, a line a disturbance (medians of sets).
+    """A panel a vehicle: the largest error of any unseen track by kind of sets, a mark a disturbance (medians of sets).
 
     Parameters
     ----------
@@ -58,7 +58,8 @@ def draw_disturbed(path, numbers) -> None:
             for k, name in enumerate(next(iter(result.values()))["disturbed_m"]):
                 colour, marker = (style.TRUTH, "o") if k == 0 else (style.CYCLE[k - 1], "o^sDv"[k - 1])
                 middle = [max(np.median(result[kind]["disturbed_m"][name]), 1e-9) for kind in kinds]
-                panel.semilogy(middle, marker, ls="-", lw=0.9, ms=4.5, mew=0, color=colour, label=name)
+                places = np.arange(len(kinds)) + 0.1 * (k - 2.5)
+                panel.semilogy(places, middle, marker, ms=5, mew=0, color=colour, label=name)
             panel.axhline(next(iter(result.values()))["noise_m"], color=style.TRUTH, lw=0.8, ls="--")
             panel.set_xticks(range(len(kinds)), kinds, rotation=40, ha="right", fontsize=8)
             panel.set_title(vehicle, fontsize=9)
