@@ -18,7 +18,7 @@ from bayesub.report.markdown import columns, named, table
 from prediction_costs import plots
 from thesis import cases
 from thesis.counterparts import comparison
-from thesis.predictions import HELD_STEP, STATISTICS, shares_of_variance, spread
+from thesis.predictions import HELD_STEP, STATISTICS, searched, shares_of_variance, spread
 
 N_SETS, N_MANOEUVRES, MAX_ITERATIONS = 50, 100, 500
 QUICK = (4, 5, 60)
@@ -49,7 +49,7 @@ def compute(run):
 def flights(vehicle, quick):
     """One vehicle: numbers of Tables 29 to 32, and arrays of costs and worst tracks."""
     n_sets, n_manoeuvres, max_iterations = QUICK if quick else (N_SETS, N_MANOEUVRES, MAX_ITERATIONS)
-    problem, estimate = cases.identified(vehicle, "coupled", n_sets, max_iterations)
+    problem, estimate = searched(vehicle, n_sets, max_iterations)
     boat, length = problem.vehicle, cases.length_scale(problem.vehicle)
     random = problem.coefficient_sets(estimate.starts)
     random[:, INDEX["Xuu"]] = boat.xi[INDEX["Xuu"]]

@@ -8,6 +8,7 @@ Cost: seconds.
 """
 
 import numpy as np
+from scipy import optimize
 
 import bayesub as bs
 from bayesub.io import toml_files
@@ -30,6 +31,7 @@ FIGURES = {
 ANSWER = """
 At 15 degrees of rudder the circles have diameters of {circles/suboff/diameter_lengths; .1f} (suboff),
 {circles/auv690/diameter_lengths; .1f} (auv690) and {circles/npsauv/diameter_lengths; .1f} (npsauv) ship lengths.
+suboff turns as wide as auv690 with {rudder_alike_deg; .1f} degrees (the thesis: 12 for 15).
 """
 RADII = np.linspace(0.01, 0.95, 48)  # of a cylinder, over that of its fins
 
@@ -55,7 +57,14 @@ def compute(run):
         arrays[f"circle/{vehicle}"], diameter = turning_circle(boat)
         numbers[vehicle] = {"diameter_lengths": diameter}
     run.save_arrays("histories", **{key: values.astype(np.float16) for key, values in arrays.items()})
-    return {"circles": numbers, "added_mass": mass_of_bodies(), "added_inertia": inertia_of_sections()}
+    wanted = numbers["auv690"]["diameter_lengths"]
+    alike = optimize.brentq(lambda deg: turning_circle(suboff, deg)[1] - wanted, 5.0, RUDDER_DEG, xtol=0.01)
+    return {
+        "rudder_alike_deg": float(alike),
+        "circles": numbers,
+        "added_mass": mass_of_bodies(),
+        "added_inertia": inertia_of_sections(),
+    }
 
 
 def orders(name, boat):
@@ -74,10 +83,10 @@ def track(boat, flown):
     return states[:, :3] / boat.length_m
 
 
-def turning_circle(boat):
-    """Track (n_times, 2) of a circle at 15 degrees of rudder, and its diameter at the end, in ship lengths."""
+def turning_circle(boat, rudder_deg=RUDDER_DEG):
+    """Track (n_times, 2) of a circle at a rudder angle, and its diameter at the end, in ship lengths."""
     flown = bs.load_manoeuvre("turning_circle", boat)
-    scale = np.radians(RUDDER_DEG) / np.abs(flown.controls[:, 0]).max()
+    scale = np.radians(rudder_deg) / np.abs(flown.controls[:, 0]).max()
     slower = bs.Manoeuvre(**{**vars(flown), "name": "circle", "controls": flown.controls * scale})
     u, v, _, _, _, r = bs.simulate(boat, slower, sample=slower.duration).states[0, -1, 6:]
     return track(boat, slower)[:, :2], float(2.0 * np.hypot(u, v) / abs(r) / boat.length_m)
@@ -105,6 +114,11 @@ def draw(run, numbers):
     """The sheet of manoeuvres, circles, and added masses."""
     lines = [(vehicle, f"{r['diameter_lengths']:.2g}") for vehicle, r in numbers["circles"].items()]
     run.page(table(("vehicle", f"diameter at {RUDDER_DEG:g} degrees of rudder (ship lengths)"), lines))
+    alike = numbers["rudder_alike_deg"]
+    text = "the thesis's submarine 1 turns as wide as Autosub at 15 degrees with 12 (section 3.6.3)"
+    run.page(
+        ["", f"suboff turns as wide as auv690 at {RUDDER_DEG:g} degrees with {alike:.1f} degrees of rudder; {text}."]
+    )
     arrays = run.load_arrays("histories")
     plots.draw_manoeuvres(run.figure("manoeuvres"), arrays, EVERY_S)
     circles = {vehicle: arrays[f"circle/{vehicle}"] for vehicle in numbers["circles"]}

@@ -114,14 +114,18 @@ def with_and_without(boat: Vehicle, pilot: Autopilot, sets: np.ndarray) -> dict[
 
 
 def held(boat: Vehicle, pilot: Autopilot, truth: np.ndarray, draws: np.ndarray) -> dict[str, np.ndarray] | None:
-    """Ranks (N_LOOKS, 3) of a true boat's position among those of draws, with feedback and without.
+    """Ranks (N_LOOKS, 3) of a true boat's place among those of draws, and widths of bands, with feedback and without.
 
     Parameters
     ----------
     boat : whose size and planes all have
     pilot : with a course
-    truth : (n_terms,) coefficients of the boat; None is returned if it does not complete the course
+    truth : (n_terms,) coefficients of the boat
     draws : (n, n_terms) coefficients of the posterior of its trial
+
+    Returns
+    -------
+    dict, or None if the boat or half of the draws do not complete the course
     """
     usual, fine = simulators(boat, pilot)
     states, status = fine.run(truth)
@@ -132,6 +136,8 @@ def held(boat: Vehicle, pilot: Autopilot, truth: np.ndarray, draws: np.ndarray) 
     found = {}
     for name, simulator in (("with", usual), ("without", replay)):
         flown, codes = simulator.run(draws)
+        if np.mean(codes == 0) < 0.5:
+            return None
         places = flown[codes == 0][:, looks, :3]
         found[name] = np.mean(places < states[0, looks, :3], axis=0)
         found[f"width {name}"] = np.diff(np.quantile(places, [0.05, 0.95], axis=0), axis=0)[0]

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from bayesub.inference.baselines import sqp
 from bayesub.model.coefficients import HORIZONTAL, INDEX, NAMES
 from bayesub.model.vehicles import load_vehicle
+from stopping_rule.halving_search import Reading, search
 from thesis import cases
 
 BOUND, START, WRONG = 0.25, 0.1, 0.01  # of cases 2 and 3; of starts, and bounds of case 1; of known values in case 3
@@ -34,25 +34,26 @@ def one_draw(seed: int, max_iterations: int) -> dict:
     errors = rng.uniform(1.0 - WRONG, 1.0 + WRONG, len(NAMES))
     wrong = np.where(np.isin(NAMES, cases.TOWED), boat.xi * errors, boat.xi)
     searches = {
-        OWN: (everything, start, boat.xi, {"start_spread": 0.0, "bounds": START}),
-        KNOWN: (others, boat.xi, boat.xi, {"bounds": BOUND}),
-        WRONG_KNOWN: (others, boat.xi, wrong, {"bounds": BOUND}),
+        OWN: (everything, start, boat.xi, 0.0, START),
+        KNOWN: (others, boat.xi, boat.xi, START, BOUND),
+        WRONG_KNOWN: (others, boat.xi, wrong, START, BOUND),
     }
-    options = {"rng": rng, "n_starts": 1, "gradients": "forward", "max_iterations": max_iterations}
-    return {
-        case: _search(cases.track_problem(boat, "horizontal", free, centre=centre, xi=xi), options | limits)
-        for case, (free, centre, xi, limits) in searches.items()
-    }
+    found = {}
+    for case, (free, centre, xi, spread, bounds) in searches.items():
+        problem = cases.track_problem(boat, "horizontal", free, centre=centre, xi=xi)
+        ratios = rng.uniform(1.0 - spread, 1.0 + spread, (1, problem.n_params))
+        found[case] = _search(problem, ratios, Reading(max_iterations=max_iterations), bounds)
+    return found
 
 
-def _search(problem, options) -> dict:
+def _search(problem, start, reading, bounds) -> dict:
     """The bounds of case 1 are 10 % about its start, and so differ by coefficient."""
-    estimate, boat = sqp(problem, **options), problem.vehicle
+    estimate, boat = search(problem, start, reading, bounds), problem.vehicle
     truth = boat.xi[problem.columns]
     ratios = estimate.values / truth
     true_track = problem.simulator.run(boat.xi)[0][0, :, :3]
     off = np.linalg.norm(problem.trajectory(estimate.values).states[0, :, :3] - true_track, axis=1)
-    limits = problem.prior.mean / truth * (1.0 + np.array([[-1.0], [1.0]]) * options["bounds"])
+    limits = problem.prior.mean / truth * (1.0 + np.array([[-1.0], [1.0]]) * bounds)
     known = [n for n in HORIZONTAL if boat.xi[INDEX[n]] != 0.0 and n not in problem.names]
     values = problem.coefficient_sets(estimate.values[None])[0] / np.where(boat.xi == 0.0, 1.0, boat.xi)
     return {

@@ -6,13 +6,29 @@ from scipy import stats
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.model.coefficients import INDEX
 from bayesub.model.simulator import Simulator
+from bayesub.model.vehicles import load_vehicle
 from bayesub.problem.problem import Problem
+from stopping_rule.halving_search import Reading, search
+from thesis import cases
 from thesis.cases import WEIGHT, time_scale, unseen
 
 HELD_STEP = 0.1  # s on suboff: the thesis's, with its controls held within a step
 LEVELS = np.round(np.linspace(0.1, 0.9, 9), 1)
 N_TIMES = 10  # of a manoeuvre at which the posterior predictive is compared with the truth
 STATISTICS = {"max": np.nanmax, "mean": np.nanmean, "median": np.nanmedian, "min": np.nanmin}
+
+
+def searched(vehicle: str, n_starts: int, max_iterations: int) -> tuple[Problem, Estimate]:
+    """The coupled case and the sets that the search of the thesis identifies from its exact track, best first.
+
+    The search is that of section 7.2.2 as the study `stopping_rule` reads it, from starts within 10 % of the truth;
+    costs are those of a boat as long as suboff, to which its tolerances belong.
+    """
+    boat, manoeuvre = load_vehicle(vehicle), "coupled"
+    free = cases.free_coefficients(boat, manoeuvre)
+    problem = cases.track_problem(boat, manoeuvre, free, position_sd=cases.length_scale(boat))
+    starts = cases.streams(vehicle, manoeuvre)[0].uniform(0.9, 1.1, (n_starts, problem.n_params))
+    return problem, search(problem, starts, Reading(max_iterations=max_iterations))
 
 
 def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvres: int) -> dict:
@@ -31,7 +47,8 @@ def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvre
     dict of "errors" and "costs" (group -> (n, n_manoeuvres), the largest position error in m and the cost of the model
     manual, section 10; not a number where a simulation fails), "ranks" (n_manoeuvres, N_TIMES, 3) of the truth among
     posterior draws, "ranks_of_draws" (n_manoeuvres, n_draws, N_TIMES, 3) of each of them among all, not a number where
-    one fails, and "seeds" of the manoeuvres.
+    one fails, "seeds" of the manoeuvres, how "far" each is from that of the problem (:func:`distance`), and the lengths
+    "paths_m" of the true paths.
     """
     boat = problem.vehicle
     identified, random = problem.coefficient_sets(estimate.solutions), problem.coefficient_sets(estimate.starts)
@@ -40,7 +57,7 @@ def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvre
     ends = np.cumsum([0, 1, len(identified), len(random), len(draws)])
     groups = dict(zip(("truth", "sets", "random", "posterior"), map(slice, ends[:-1], ends[1:]), strict=True))
     errors, costs = ({key: [] for key in (*groups, "simulation")} for _ in range(2))
-    ranks, of_draws, seeds = [], [], []
+    ranks, of_draws, seeds, far, paths = [], [], [], [], []
     for simulator in unseen(boat, n_manoeuvres):
         times, manoeuvre = simulator.times, simulator.manoeuvre
         states, status = simulator.run(sets)
@@ -57,13 +74,24 @@ def fly_all(problem: Problem, estimate: Estimate, draws: np.ndarray, n_manoeuvre
         ranks.append(np.mean(good < states[0, looks, :3], axis=0))
         of_draws.append((stats.rankdata(places, axis=0, nan_policy="omit") - 0.5) / len(good))
         seeds.append(int(manoeuvre.name.partition(":")[2]))
+        far.append(distance(problem.trajectory(boat.xi[problem.columns]).states[0], states[0]))
+        paths.append(np.linalg.norm(np.diff(states[0, :, :3], axis=0), axis=1).sum())
     return {
         "errors": {key: np.stack(values, axis=1) for key, values in errors.items()},
         "costs": {key: np.stack(values, axis=1) for key, values in costs.items()},
         "ranks": np.array(ranks),
         "ranks_of_draws": np.array(of_draws),
         "seeds": seeds,
+        "far": np.array(far),
+        "paths_m": np.array(paths),
     }
+
+
+def distance(own: np.ndarray, other: np.ndarray) -> float:
+    """How far the velocities of one motion (n, 12) are from those of another: rms of the Mahalanobis distance."""
+    middle, spread_of = own[:, 6:].mean(axis=0), np.cov(own[:, 6:].T)
+    off = other[:, 6:] - middle
+    return float(np.sqrt(np.mean(np.einsum("ni,ni->n", off, np.linalg.solve(spread_of, off.T).T))))
 
 
 def largest_and_cost(states, truth) -> tuple[np.ndarray, np.ndarray]:
@@ -87,6 +115,8 @@ def summary(problem: Problem, estimate: Estimate, flights: dict) -> dict:
     }
     truth = problem.vehicle.xi[problem.columns]
     own = problem.trajectory(np.vstack([truth, estimate.solutions])).states[:, :, :3]
+    own_m = float(np.linalg.norm(own[1:] - own[0], axis=2).max(axis=1).mean())
+    shares = errors["sets"] / flights["paths_m"]
     return {
         "names": list(problem.names),
         "ratios": {key: (estimate.solutions[k] / truth).tolist() for key, k in chosen.items()},
@@ -95,7 +125,14 @@ def summary(problem: Problem, estimate: Estimate, flights: dict) -> dict:
         "cost": spread(costs["sets"]),
         "kinds": {key: spread(values) for key, values in kinds.items()},
         "kind_errors": {key: values.tolist() for key, values in kinds.items()},
-        "own_manoeuvre_mean_m": float(np.linalg.norm(own[1:] - own[0], axis=2).max(axis=1).mean()),
+        "own_manoeuvre_mean_m": own_m,
+        "times_worse": float(np.nanmean(errors["sets"]) / own_m),
+        "share_of_path": {key: float(np.nanmean(shares[k])) for key, k in chosen.items()},
+        "largest_share_of_path": float(np.nanmax(shares)),
+        "share_simulating": problem.costs.seconds / estimate.seconds,
+        "rank_correlations": rank_correlations(
+            problem, estimate.solutions / truth - 1.0, errors["sets"], flights["far"]
+        ),
         "posterior_spread_m": float(np.nanmedian(errors["posterior"])),
         "variance_by_set": shares_of_variance(errors["sets"]),
         "coverage": {str(level): float(np.mean(np.abs(flights["ranks"] - 0.5) <= level / 2)) for level in LEVELS},
@@ -104,6 +141,27 @@ def summary(problem: Problem, estimate: Estimate, flights: dict) -> dict:
         "n_manoeuvres": len(flights["seeds"]),
         "passed_over": flights["seeds"][-1] + 1 - len(flights["seeds"]),
     }
+
+
+def rank_correlations(problem: Problem, wrong: np.ndarray, errors: np.ndarray, far: np.ndarray) -> dict[str, float]:
+    """Spearman's correlations of the errors of predictions with the errors of coefficients, and with the manoeuvre.
+
+    Parameters
+    ----------
+    problem : from which the sets were identified
+    wrong : (n_sets, n_params) relative errors of the coefficients: all, and along the stiffer and the sloppier half of
+        the directions of that problem
+    errors : (n_sets, n_manoeuvres) m
+    far : (n_manoeuvres,) distances of the manoeuvres from that of the problem
+    """
+    truth = problem.vehicle.xi[problem.columns]
+    directions = np.linalg.svd(problem.jacobian(truth) * truth, full_matrices=False)[2]
+    along, half = wrong @ directions.T, len(directions) // 2
+    by_set = np.nanmedian(errors, axis=1)
+    parts = {"all": along, "stiff": along[:, :half], "sloppy": along[:, half:]}
+    found = {key: stats.spearmanr(np.linalg.norm(part, axis=1), by_set).statistic for key, part in parts.items()}
+    found["manoeuvre"] = stats.spearmanr(far, np.nanmedian(errors, axis=0)).statistic
+    return {key: float(value) for key, value in found.items()}
 
 
 def coverage_of_draws(ranks, level: float) -> list[float]:
