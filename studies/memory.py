@@ -3,10 +3,9 @@
 Question: the equations are quasi-steady, which thesis section 3.5 calls "not strictly true": a force follows the motion
 with a lag. Boats whose damping in sway (Yuv and Nuv) lags by a time that is exponentially distributed are flown on the
 horizontal spiral, tracked, and fitted by equations without memory. Where does the memory go, and is it noticed?
-Claim: a short lag goes into the added masses. Up to a tenth of a ship length travelled 90 % intervals of the other
-coefficients hold the truth as often as without memory and nothing is noticed, while Yvdot and Nvdot stand for the lag;
-with a lag of a ship length or more they hold it less than 80 % of the time, and the check of the fit calls nine records
-in ten wrong.
+Claim: in part into the added masses, and it hides. A lag of a thirtieth of a ship length travelled does no harm. One of
+0.3 makes 90 % intervals hold less than 80 % of the coefficients while the check of the fit calls fewer than one record
+in five wrong; one of a ship length is noticed in nine records of ten.
 Cost: three minutes.
 
 A force that lags by T is to first order in T the force less T times its rate: an added mass of -T Yuv u more. The
@@ -40,13 +39,13 @@ ADDED = ("Yvdot", "Nvdot")
 FIGURES = {
     "memory": "Left: how often 90 % intervals hold the truth, of added masses and of the other coefficients, and how "
     "often the check of the fit calls a record wrong, against the lag. Right: by how much Yvdot is off (mean, of its "
-    "value), and what a lag is worth to first order: a short memory is an added mass.",
+    "value), and what a lag is worth to first order: part of a memory becomes added mass.",
 }
 ANSWER = """
-A short memory is an added mass: with a lag of 0.1 ship lengths Yvdot is off by {0.1/added_mass_off; percent; .0f} % of
-its value, to first order it is {0.1/first_order; percent; .0f} %, and 90 % intervals of the other coefficients hold
-{0.1/coverage_others; percent; .0f} %. With a lag of one length they hold {1/coverage_others; percent; .0f} %, and
-{1/warned; percent; .0f} % of the records are called wrong.
+In part into the added masses, and a memory of a third of a length hides: 90 % intervals of the coefficients other than
+added masses hold {0/coverage_others; percent; .0f} % without memory, {0.03/coverage_others; percent; .0f} % with a lag
+of 0.03 ship lengths and {0.3/coverage_others; percent; .0f} % with one of 0.3, where {0.3/warned; percent; .0f} % of
+the records are called wrong. Of one of a length {1/warned; percent; .0f} % are.
 """
 
 
@@ -110,8 +109,11 @@ def remembered(boat, flown, lag):
 def problem_of(boat, flown, motion, rng):
     """A noisy track, as equations without memory fit it."""
     record = observe(motion, cases.tracking_range(boat), rng)
-    prior = priors.relative_normal(PRIOR_SD, centre=priors.perturbed(boat.xi, PRIOR_SD, rng))
     free = [name for name in HORIZONTAL if boat.xi[INDEX[name]]]
+    sds = PRIOR_SD * np.abs(boat.xi[columns(free)])
+    centres = boat.xi[columns(free)] + sds * rng.standard_normal(len(free))
+    given = {name: priors.normal(centre, sd) for name, centre, sd in zip(free, centres, sds, strict=True)}
+    prior = priors.Given(priors.relative_normal(PRIOR_SD), given)
     return Problem(boat, flown, record, free=free, prior=prior)
 
 
@@ -153,13 +155,10 @@ def draw(run, numbers):
 
 
 def claims(numbers):
-    """Short memory is an added mass, long memory is noticed."""
-    none = numbers["0"]["coverage_others"]
-    for lag in ("0.03", "0.1"):
-        held = numbers[lag]["coverage_others"]
-        yield abs(held - none) < 0.05, f"lag {lag}: intervals of the others hold {held:.0%}, without memory {none:.0%}"
-        yield numbers[lag]["warned"] < 0.2, f"lag {lag}: {numbers[lag]['warned']:.0%} of the records are called wrong"
+    """A short memory does no harm, a middle one is not noticed, a long one is."""
+    held = {lag: r["coverage_others"] for lag, r in numbers.items()}
+    yield abs(held["0.03"] - held["0"]) < 0.05, f"lag 0.03: {held['0.03']:.0%} held, without memory {held['0']:.0%}"
+    yield held["0.3"] < 0.8, f"lag 0.3: intervals hold {held['0.3']:.0%}"
+    yield numbers["0.3"]["warned"] < 0.2, f"lag 0.3: {numbers['0.3']['warned']:.0%} of the records are called wrong"
     for lag in ("1", "3"):
-        held = numbers[lag]["coverage_others"]
-        yield held < 0.8, f"lag {lag}: intervals of the others hold {held:.0%}"
         yield numbers[lag]["warned"] >= 0.9, f"lag {lag}: {numbers[lag]['warned']:.0%} of the records are called wrong"
