@@ -176,9 +176,10 @@ def test_a_fin_of_which_a_scale_is_unknown_does_as_much_of_its_orders(suboff, pi
     gains = {key: 2.0 * value for key, value in HEADING.items() if key.startswith("rudder")}
     twice = pilot(heading=HEADING | gains | {"plane_limit_deg": 40.0, "plane_rate_degps": 8.0}, depth=None)
     (ordered,), _ = steered(suboff, twice, "turning_circle", (100.0, 300.0)).run(suboff.xi)
-    once = steered(suboff, pilot(depth=None), "turning_circle", (100.0, 300.0), varied=(name,))
-    (scaled,), _ = once.run(suboff.xi, amounts=np.array([[1.0]]))
-    np.testing.assert_allclose(scaled, ordered, rtol=1e-9, atol=1e-9)
+    for varied, amounts in (((name,), [1.0]), (("delay_rudder_s", name), [3.0, 1.0])):  # a delay has no part
+        once = steered(suboff, pilot(depth=None), "turning_circle", (100.0, 300.0), varied=varied)
+        (scaled,), _ = once.run(suboff.xi, amounts=np.array([amounts]))
+        np.testing.assert_allclose(scaled, ordered, rtol=1e-9, atol=1e-9)
 
 
 def test_what_it_cannot_steer_is_refused(suboff, pilot):
