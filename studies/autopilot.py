@@ -142,8 +142,9 @@ def of_bands(boats):
             held = [np.mean([inside(one, how, at) for one in boat]) for boat in boats if boat]
             found["coverage"][how][part] = float(np.mean(held))
             found["error"][how][part] = float(np.std(held) / np.sqrt(len(held)))
-        ratios = [np.divide(one["width without"], one["width with"])[..., at] for boat in boats for one in boat]
-        found["wider"][part] = float(np.median(ratios))
+        widths = {how: np.array([one[f"width {how}"] for boat in boats for one in boat])[..., at] for how in HOW}
+        moved = widths["with"] > 0.0  # where the boat has turned or dived
+        found["wider"][part] = float(np.median(widths["without"][moved] / widths["with"][moved]))
     return found
 
 

@@ -139,7 +139,8 @@ def held(boat: Vehicle, pilot: Autopilot, truth: np.ndarray, draws: np.ndarray) 
         if np.mean(codes == 0) < 0.5:
             return None
         places = flown[codes == 0][:, looks, :3]
-        found[name] = np.mean(places < states[0, looks, :3], axis=0)
+        true = states[0, looks, :3]  # which all draws have where the boat has not turned or dived yet
+        found[name] = np.mean(places < true, axis=0) + 0.5 * np.mean(places == true, axis=0)
         found[f"width {name}"] = np.diff(np.quantile(places, [0.05, 0.95], axis=0), axis=0)[0]
     return found
 
