@@ -137,11 +137,11 @@ def draw(run, numbers):
             left.semilogx(lags, values, marker, ls="-", lw=1.0, ms=5, mew=0, color=colour, label=label)
         left.axhline(90.0, color=style.TRUTH, lw=0.8, ls="--")
         left.set(xlabel="lag (ship lengths; none is drawn at 0.01)", ylabel="share (%)", ylim=(-3, 103))
-        left.legend(fontsize=8)
+        figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=3, fontsize=8)
         right.loglog(lags[1:], [abs(r["added_mass_off"]) for r in list(numbers.values())[1:]], "s", color=style.WEAK)
         right.loglog(lags[1:], [r["first_order"] for r in list(numbers.values())[1:]], color=style.TRUTH, lw=1.0)
         right.set(xlabel="lag (ship lengths)", ylabel="error of Yvdot (of its value)")
-        right.set_title("line: to first order", fontsize=9)
+        right.annotate("to first order", (0.3, 0.55), (-6, 4), textcoords="offset points", ha="right", fontsize=8)
     rows = [{"lag": key} | r for key, r in numbers.items()]
     cells = {
         "lag (ship lengths)": lambda r: r["lag"],
