@@ -9,7 +9,7 @@ ones the path by at least four times, and the place at a time, which is drag's, 
 unstable on a straight course is held within a degree, where without feedback it turns through more than 90; what gives
 it away is its rudder, which works at least half as much again. Bands of 90 % of posteriors hold 85 to 95 % of the
 places and depths of boats of the prior under feedback.
-Cost: five minutes on two cores, most of it for the sets of SQP.
+Cost: ten minutes on two cores, a third of it for the sets of SQP.
 
 All boats have the same gains, in ship lengths travelled. Coverage is of boats that are drawn from the prior, with the
 normal approximation of the posterior of one coupled trial each.
