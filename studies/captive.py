@@ -71,7 +71,14 @@ def compute(run):
         trials = RepeatedTrials(*(np.array([boat[key] for boat in boats]) for key in ("errors", "covariance")))
         share, error = trials.mean_coverage(0.9)
         known = np.mean([boat["known"] for boat in boats])
-        found[vehicle]["boats"] = {"n": len(boats), "coverage": share, "error": error, "known": float(known)}
+        stopped = [boat["status"] for boat in boats if not boat["status"].startswith("converged")]
+        found[vehicle]["boats"] = {
+            "n": len(boats),
+            "coverage": share,
+            "error": error,
+            "known": float(known),
+            "stopped": stopped,
+        }
     return found
 
 
@@ -178,13 +185,14 @@ def of_boat(vehicle, chosen, k):
     centre, covariance = posterior(measured, forces, names, mean, sds)
     prior = as_prior(boat, names, centre, covariance)
     problem = cases.posed(one, flown, cases.tracking_range(boat), rng, model=boat, free=names, prior=prior)
-    mode = gauss_newton(problem, boat.xi[problem.columns])
+    mode = gauss_newton(problem)  # from the posterior of the table
     scale = np.abs(true[problem.columns])
     relative = mode.covariance / np.outer(scale, scale)
     return {
         "errors": ((mode.values - true[problem.columns]) / scale).tolist(),
         "covariance": relative.tolist(),
         "known": Knowledge(relative).known(SHARE),
+        "status": mode.statuses[0],
     }
 
 
@@ -269,5 +277,6 @@ def claims(numbers):
             f"{vehicle}: ten with a trial {together}, sixty at random {alone:.0f}",
         )
         boats = r["boats"]
+        yield not boats["stopped"], f"{vehicle}: {len(boats['stopped'])} searches: {next(iter(boats['stopped']), '')}"
         inside = abs(boats["coverage"] - 0.9) <= max(0.03, 3.0 * boats["error"])
         yield boats["n"] < N_BOATS or inside, f"{vehicle}: 90 % intervals hold {boats['coverage']:.1%}"
