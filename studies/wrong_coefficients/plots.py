@@ -39,29 +39,3 @@ def draw(path, numbers) -> None:
             panel.set_xlabel("error of the median coefficient (%)")
         panels[0].set_ylabel("largest error of any unseen track (m)")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=5, fontsize=8)
-
-
-def draw_disturbed(path, numbers) -> None:
-    """A panel a vehicle: the largest error of any unseen track by kind of sets, a mark a disturbance (medians of sets).
-
-    Parameters
-    ----------
-    path
-        One or several.
-    numbers
-        Vehicle -> kind of sets -> outcome.
-    """
-    with style.figure(path, 3.3 * len(numbers) + 0.4, 4.3) as figure:
-        panels = figure.subplots(1, len(numbers), sharey=True, squeeze=False)[0]
-        for panel, (vehicle, result) in zip(panels, numbers.items(), strict=True):
-            kinds = list(result)
-            for k, name in enumerate(next(iter(result.values()))["disturbed_m"]):
-                colour, marker = (style.TRUTH, "o") if k == 0 else (style.CYCLE[k - 1], "o^sDv"[k - 1])
-                middle = [max(np.median(result[kind]["disturbed_m"][name]), 1e-9) for kind in kinds]
-                places = np.arange(len(kinds)) + 0.1 * (k - 2.5)
-                panel.semilogy(places, middle, marker, ms=5, mew=0, color=colour, label=name)
-            panel.axhline(next(iter(result.values()))["noise_m"], color=style.TRUTH, lw=0.8, ls="--")
-            panel.set_xticks(range(len(kinds)), kinds, rotation=40, ha="right", fontsize=8)
-            panel.set_title(vehicle, fontsize=9)
-        panels[0].set_ylabel("largest error of any unseen track (m)")
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
