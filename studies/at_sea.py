@@ -6,7 +6,7 @@ are flown on twenty unseen manoeuvres, under random forces, under the push of a 
 true boat moves under the same disturbance.
 Claim: they do. Sets along null directions, which miss nothing in still water, miss by more than a centimetre of a boat
 of suboff's length under a push of a twentieth of the hull's side force, and sets of ten manoeuvres miss by at least
-twice as much as in still water. Random forces of half a per cent and a sheared current do little.
+twice as much as in still water. Random forces do so too, the more the larger they are. A sheared current does nothing.
 Cost: ten minutes on two cores.
 
 Sets are those of the study `wrong_coefficients`, drawn by randomising and optimising (Bardsley et al. 2014). A push is
@@ -33,7 +33,7 @@ NULL, RANDOM = "null directions", {"random 1 %": 0.01}
 FIGURES = {
     "at_sea": "Largest error of any unseen track, median of the sets of a kind, in still water (black) and when set "
     "and boat move under the same disturbance. Null directions miss nothing in still water (drawn at the bottom), and "
-    "miss under any force that is not the hull's; a push is worse than random forces of its size.",
+    "miss under any force that is not the hull's, random forces or a push.",
 }
 ANSWER = """
 Yes. Under a push of 5 % of the side force of the hull null directions miss by
