@@ -1,0 +1,1 @@
+"""Captive model tests: what the study of this name needs."""
