@@ -166,7 +166,7 @@ class Network:
         return slope
 
     def fly(self, manoeuvre: Manoeuvre, times: np.ndarray) -> np.ndarray:
-        """States (n_times, 12) on a manoeuvre at times (n_times,) from zero, a step of the trial apart, by Runge-Kutta."""
+        """States (n_times, 12) on a manoeuvre, by Runge-Kutta; times (n_times,) are steps of the trial from zero on."""
         boat, step = self.one.boat, self.one.step
         state = Simulator(boat, manoeuvre, times[:1]).trajectory(boat.xi).states[0, 0]
         states = [state]

@@ -16,9 +16,9 @@ def methods(numbers: dict, paths: style.Paths) -> None:
             left.semilogx([by[n]["place"] for n in names], range(len(names)), MARKERS[vehicle], **look)
             with_sets = [k for k, n in enumerate(names) if "nonlinear" in by[n]]
             off = [100.0 * by[names[k]]["nonlinear"] for k in with_sets]
-            right.semilogx(off, with_sets, MARKERS[vehicle], **look)
+            right.plot(off, with_sets, MARKERS[vehicle], **look)
         left.set_yticks(range(len(names)), names)
         left.set(xlabel="largest error of the place (% of the path)", ylim=(-0.5, len(names) - 0.5))
-        right.set(xlabel="coefficients that are not linear are off by (%)")
+        right.set(xlabel="coefficients that are not linear are off by (%)", xlim=(0, None))
         right.annotate("has none", (0.02, names.index("network flown")), xycoords=("axes fraction", "data"), fontsize=8)
         figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=3, fontsize=8)
