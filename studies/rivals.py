@@ -1,4 +1,4 @@
-"""What do the methods that the thesis reviews make of a record that a posterior is made of too?
+"""What do a neural network and regression on smoothed motion make of a record, beside a posterior?
 
 Question: thesis section 3.6.4 reports a neural network for the forces that are not linear, with regression on it, which
 predicts well and finds coefficients that are "a poor match", and smoothing before regression. Three boats run a zig-zag
@@ -7,7 +7,7 @@ turning circle of 25 and the spiral.
 Claim: the thesis is right about the network. Flown, it misses the manoeuvres that it has not learned by ten times as
 much as the posterior mode; regression on it, and on smoothed motion, predicts better than that and finds coefficients
 that are further off than the guess was. The posterior's are nearer, with 90 % intervals that hold as often as they say.
-Cost: ten minutes on two cores. scikit-learn, which trains the network, comes with the extra `dev`.
+Cost: three minutes on two cores. scikit-learn, which trains the network, comes with the extra `dev`.
 
 The network has twelve units in one layer, five times from other starts. It is given the linear derivatives and added
 masses of the guess, as Haddara & Wang (1999) take them from the formulas of Clarke. The noise of smoothing, the decay
@@ -33,8 +33,9 @@ FOLDER = Path(__file__).with_name("rivals")
 UNSEEN = {"zig-zag": "zigzag_20_20", "circle": FOLDER / "circle_25.toml", "spiral": "horizontal"}
 FIGURES = {
     "rivals": "Left: the largest error of the place on three manoeuvres that were not fitted, in per cent of the path, "
-    "medians of ten records a boat. Right: how far coefficients other than added masses are off, medians. The network "
-    "predicts worst and yields the worst coefficients, smoothing with regression predicts, the posterior does both.",
+    "medians of ten records a boat. Right: how far coefficients other than added masses are off, medians. All predict "
+    "better than the guess, the network worst; its regression and that on smoothed motion have coefficients that are "
+    "further off than the guess, the posterior mode has nearer ones.",
 }
 GLOSSARY = "booth"
 ANSWER = """

@@ -57,3 +57,25 @@ def draw_differences(path, between, keys, interval) -> None:
         for panel in panels[-1]:
             panel.set_xlabel("time (s)")
         figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
+
+
+def draw_causes(path, causes, theirs) -> None:
+    """Largest differences of u against those of x, a marker a cause and a colour a boat, beside the thesis's.
+
+    `causes` are vehicle -> cause -> "u" (m/s) and "x" (m), and `theirs` key -> of the three boats.
+    """
+    with style.figure(path, 8.6, 3.6) as figure:
+        panels = figure.subplots(1, len(causes), sharex=True, sharey=True, squeeze=False)[0]
+        for k, (panel, (vehicle, of)) in enumerate(zip(panels, causes.items(), strict=True)):
+            for (cause, one), marker in zip(of.items(), "osD^v<>PX*", strict=True):
+                is_late = "planes late" in cause
+                colour = style.SQP if is_late else style.POSTERIOR
+                panel.loglog(one["x"], 1e3 * one["u"], marker, color=colour, ms=6, mew=0, label=cause)
+            panel.loglog(theirs["x"][k], 1e3 * theirs["u"][k], "o", color=style.TRUTH, ms=9, mfc="none", label="thesis")
+            line = np.array([0.02, 20.0])
+            for times in (0.1, 1.0, 10.0):
+                ratio = 1e3 * theirs["u"][k] / theirs["x"][k] * times
+                panel.loglog(line, ratio * line, color="#BBBBBB", lw=0.7, zorder=0)
+            panel.set(title=vehicle, xlabel="x (m)", xlim=(0.02, 20.0), ylim=(0.05, 20.0))
+        panels[0].set_ylabel("u (mm/s)")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8)
