@@ -2,8 +2,9 @@
 
 Question: the thesis draws the costs of 50 identified sets on 100 unseen manoeuvres, sorts the manoeuvres by their mean,
 and finds that single sets follow no order (Figures 75-78, 82, 115, 118-126; costs of Tables 30-32).
-Claim: the set explains more of the variance of log costs than the manoeuvre; but single sets do follow the order.
-Cost: about three minutes.
+Claim: the set explains more of the variance of log costs than the manoeuvre; but single sets do follow the order, of
+the ten of each boat that vary most and least all but one at the most.
+Cost: a quarter of an hour, nearly all of it searches.
 
 Sets and manoeuvres are those of the study `prediction`. Costs and positions are those of a boat as long as suboff.
 """
@@ -27,7 +28,7 @@ EVERY = 4  # samples of a track that are kept
 FIGURES = {
     "sorted": "Costs over manoeuvres sorted by their mean (black) within the range of all sets (grey). The five sets "
     "that vary most jump by as much as the mean rises. Those that vary least rise with it all the same, by a third to "
-    "all of what it rises by; in the thesis some do not.",
+    "all of what it rises by, but for one of auv690; in the thesis some do not.",
     "surfaces": "Cost of every set on every manoeuvre, sorted: rows differ more than columns.",
     "worst_tracks": "The set with the highest mean cost on its worst manoeuvre: from above, depth, and distance from "
     "the true track over time, beside the largest error of all sets. Depths above the surface are the model's, which "
@@ -154,11 +155,12 @@ def tables(numbers):
 
 
 def claims(numbers):
-    """The set says more than the manoeuvre, and every set follows the order of the manoeuvres."""
+    """The set says more than the manoeuvre, and sets but for one follow the order of the manoeuvres."""
     for vehicle, r in numbers.items():
         by_set, by_manoeuvre = r["variance"]["set"], r["variance"]["manoeuvre"]
-        rises = [x for slopes in r["slopes"].values() for x in slopes]
+        rises = sorted(x for slopes in r["slopes"].values() for x in slopes)
         few = r["n_sets"] < N_SETS  # a few sets need not decide it
-        yield few or min(rises) > 0.1, f"{vehicle}: a set rises by {min(rises):.2g} of what the mean rises by"
+        text = f"{vehicle}: two sets rise by {rises[0]:.2g} and {rises[1]:.2g} of what the mean rises by"
+        yield few or rises[1] > 0.3, text
         text = f"{vehicle}: the set explains {by_set:.0%}, the manoeuvre {by_manoeuvre:.0%}"
         yield few or by_set > by_manoeuvre, text
