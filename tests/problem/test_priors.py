@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 from support.refusals import refused
 
+from bayesub.inference.baselines import gauss_newton
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.problem import priors
 from bayesub.problem.priors import (
@@ -21,6 +22,8 @@ from bayesub.problem.priors import (
     relative_normal,
     relative_uniform,
 )
+from bayesub.problem.problem import Problem
+from bayesub.sensors import Track, observe
 
 N_DRAWS = 20_000
 FACTOR = np.linalg.cholesky([[4.0, 1.5], [1.5, 1.0]])
@@ -180,3 +183,20 @@ def test_widths_beyond_numbers_are_refused():
         with refused("value", key):
             priors.log_normal(median, log_sd)
     priors.normal(0.0, 1e-12)  # of a small coefficient that may be nothing
+
+
+def test_coefficients_are_tied_by_a_correlation_near_one(suboff, spiral, spiral_track):
+    """The mode keeps to it as the manual says, and says less of the pair than of two; a looser tie is the control."""
+    record = observe(spiral_track, Track(0.5, 0.1, 2.0), np.random.default_rng(1))
+    middle, sd, off, sds = 7e-4, 2e-4, {}, {}
+    pair = {name: priors.normal(middle, sd) for name in ("Yrdot", "Nvdot")}
+    for correlation in (0.9, 0.999999, 0.99999999):
+        prior = priors.Given(relative_normal(0.25), pair, ((*pair, correlation),))
+        found = gauss_newton(Problem(suboff, spiral, record, free=[*pair, "Yuv", "Nuv"], prior=prior, dt=2.0))
+        first, second = (found.names.index(name) for name in pair)
+        off[correlation] = abs(found.values[first] - found.values[second]) / sd
+        sds[correlation] = np.sqrt(found.covariance[first, first])
+    assert off[0.999999] < 2.0 * np.sqrt(2e-6) < off[0.9]
+    assert off[0.99999999] < 2.0 * np.sqrt(2e-8)
+    assert sds[0.999999] == pytest.approx(sds[0.99999999], rel=1e-2)
+    assert sds[0.999999] < 0.9 * sds[0.9]
