@@ -1,6 +1,7 @@
 """Tables of the deterministic methods beside the thesis's, from the numbers of :mod:`thesis.optimisers`."""
 
 from collections.abc import Iterator
+from itertools import combinations
 from operator import itemgetter
 
 import numpy as np
@@ -10,6 +11,7 @@ from thesis.cases import VEHICLES, published
 from thesis.counterparts import comparison
 from thesis.optimisers import LOST, mean_with_error, shares_further
 
+N_LINKS = 4
 _KINDS = {
     "trust_region": "trust region",
     "trust_region_bounded": "trust region, bounds 75 %",
@@ -23,6 +25,9 @@ def page(cases: dict) -> Iterator[str]:
     yield "SQP (thesis Tables 10-27; means over the starts; `ours / thesis = ratio`). Further than they began: of the"
     yield "coefficients by their medians over the starts, and of those of a search, mean with its 95 % interval.\n"
     yield from sqp_table(cases)
+    yield "\nCoefficients whose errors go together from search to search, as section 7.6.2 found of some of Z:"
+    yield f"the {N_LINKS} strongest correlations on an axis other than X, and those of Zuw. Zuu is zero in all boats.\n"
+    yield from columns(named(cases), {"case": itemgetter("name"), "strongest": strongest, "of Zuw": of_zuw})
     yield "\nOther searches: starts that find every coefficient to 1e-6; smallest error, smallest cost.\n"
     yield from columns(
         named(cases),
@@ -38,6 +43,23 @@ def _ends(case, kind) -> str:
     search = case["searches"][kind]
     errors, costs = np.array(search["largest_error"]), np.array(search["costs"])
     return f"{np.sum(errors < 1e-6)} of {len(costs)}; {errors.min():.0e}, {costs.min():.0e}"
+
+
+def strongest(case: dict) -> str:
+    """The pairs of one axis, but for drag, whose errors are most correlated over the searches."""
+    return _pairs(case, lambda first, second: first[0] == second[0] != "X", N_LINKS)
+
+
+def of_zuw(case: dict) -> str:
+    """The coefficients of heave whose errors are most correlated with that of Zuw."""
+    return _pairs(case, lambda first, second: "Zuw" in (first, second) and first[0] == second[0], 3)
+
+
+def _pairs(case, counts, most) -> str:
+    names, links = case["names"], np.corrcoef(np.array(case["sqp"]["ratios"]).T)
+    pairs = [(a, b) for a, b in combinations(range(len(names)), 2) if counts(names[a], names[b])]
+    ordered = sorted(pairs, key=lambda pair: -abs(links[pair]))[:most]
+    return ", ".join(f"{names[a]} with {names[b]} {links[a, b]:.2f}" for a, b in ordered)
 
 
 def sqp_table(cases: dict) -> list[str]:
