@@ -29,7 +29,8 @@ SETS = {"best": "o", "middle": "s", "worst": "D"}
 FIGURES = {
     "distributions": "Largest position error on a hundred unseen manoeuvres, on one axis for all boats, scaled to the "
     "length of suboff. Sets that SQP identified (dotted, dash-dotted, vermilion) lie far left of random ones "
-    "(dashed), and far right of the error of the simulation itself (black).",
+    "(dashed). The middle and the worst lie right of the error of the simulation itself (black), the best by less, and "
+    "the best of npsauv not at all.",
     "calibration": "How often bands of the posterior hold the true position, against what they claim. It is one trial "
     "a boat, so that a line may leave the diagonal by chance; the study calibration repeats trials.",
     "sorted": "Errors by identified set and by unseen manoeuvre, in the boats' own metres: median and 90 %.",
