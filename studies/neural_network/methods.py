@@ -121,7 +121,8 @@ class Network:
         known[columns((*LINEAR, *ADDED))] = one.guess[columns((*LINEAR, *ADDED))]
         self.vehicle = replace(one.boat, xi=known)
         dimensional = known * one.boat.dimensional_factors
-        self._mass = one.boat.kernels("horizontal").mass_matrix(dimensional, one.boat.body)
+        self._mass = one.boat.kernels().mass_matrix(dimensional, one.boat.body)
+        self._plane = self._mass[np.ix_(PLACES, PLACES)]
         problem = one.with_forces(LEARNED)
         parameters, n = problem.prior.parameters(np.zeros(problem.n_params)), problem.n_coefficients
         parameters[:n] = one.guess[columns(problem.names[:n])]
@@ -129,8 +130,8 @@ class Network:
         motion = problem.forward.trajectory(*problem.arguments(parameters[None]))
         self.states, self.controls = motion.states[0], np.atleast_2d(np.squeeze(motion.controls).T).T
         self.rpm = np.broadcast_to(motion.rpm, len(self.states))
-        known_rates = accelerations(self.vehicle, self.states, self.controls, self.rpm)
-        left = ((motion.accelerations.reshape(known_rates.shape) - known_rates) @ self._mass.T)[:, PLACES]
+        rates = motion.accelerations.reshape(-1, 6)[:, PLACES]
+        left = rates @ self._plane.T - self._known(self.states, self.controls, self.rpm)
         sizes, inputs = left.std(axis=0), self._inputs(self.states, self.controls)
         from sklearn.neural_network import MLPRegressor
 
@@ -148,21 +149,23 @@ class Network:
         scaled = states[:, [U, V, R]] / [speed, 0.2 * speed, 0.5 * speed / length]
         return np.column_stack([scaled[:, 0] - 1.0, scaled[:, 1:], 2.0 * controls[:, 0]])
 
+    def _known(self, states, controls, rpm):
+        """(n, 3) forces in the plane of all that is known, N and N m: what its accelerations take."""
+        return (accelerations(self.vehicle, states, controls, rpm) @ self._mass.T)[:, PLACES]
+
     def forces(self, states: np.ndarray, controls: np.ndarray) -> np.ndarray:
-        """(n, 6) what the network adds, N and N m, at states (n, 12) and controls (n, n_controls)."""
-        (inner, a), (outer, b), found = self._inner, self._outer, np.zeros((len(states), 6))
-        found[:, PLACES] = np.tanh(self._inputs(states, controls) @ inner + a) @ outer + b
-        return found
+        """(n, 3) what the network adds in the plane, N and N m, at states (n, 12) and controls (n, n_controls)."""
+        (inner, a), (outer, b) = self._inner, self._outer
+        return np.tanh(self._inputs(states, controls) @ inner + a) @ outer + b
 
     def _slope(self, manoeuvre, state, time):
         """(12,) derivative of a state of the plane."""
         control = np.array([[np.interp(time, manoeuvre.times, column) for column in manoeuvre.controls.T]])
         rpm = float(np.interp(time, manoeuvre.times, manoeuvre.rpm))
-        rates = accelerations(self.vehicle, state[None], control, rpm)[0]
-        rates = rates + np.linalg.solve(self._mass, self.forces(state[None], control)[0])
+        forces = self._known(state[None], control, rpm) + self.forces(state[None], control)
         (u, v, r, psi), slope = state[[U, V, R, PSI]], np.zeros(12)
         slope[[0, 1]] = u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi)
-        slope[PSI], slope[[U, V, R]] = r, rates[[0, 1, 5]]
+        slope[PSI], slope[[U, V, R]] = r, np.linalg.solve(self._plane, forces[0])
         return slope
 
     def fly(self, manoeuvre: Manoeuvre, times: np.ndarray) -> np.ndarray:
@@ -185,12 +188,12 @@ class Network:
         given = np.column_stack([self.controls, self.rpm / boat.rpm_per_mps])
         terms = equations.regressors(self.states, np.zeros((len(self.states), 6)), given, boat.constants)
         network, xi = self.forces(self.states, self.controls), one.guess.copy()
-        for axis in PLANE:
+        for place, axis in enumerate(PLANE):
             of_axis = list(equations.names_of_axis(axis))
             names = [name for name in of_axis if name in one.free and name not in ADDED]
             block = terms[axis][:, [of_axis.index(name) for name in names]] * boat.dimensional_factors[columns(names)]
             known = [name in LINEAR for name in names]
-            load = network[:, AXES.index(axis)] + block[:, known] @ one.guess[columns(np.array(names)[known])]
+            load = network[:, place] + block[:, known] @ one.guess[columns(np.array(names)[known])]
             sizes = np.linalg.norm(block, axis=0)
             xi[columns(names)] = np.linalg.lstsq(block / sizes, load, rcond=1e-8)[0] / sizes
         return xi

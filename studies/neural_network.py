@@ -25,17 +25,17 @@ from bayesub.io.errors import InputError
 from bayesub.model.coefficients import columns
 from bayesub.model.simulator import Simulator
 from bayesub.report.markdown import columns as rows_of
-from rivals import methods, plots
+from neural_network import methods, plots
 from thesis import cases
 
 SEED, PRIOR_SD, N_RECORDS, QUICK_RECORDS = 364, 0.25, 10, 2
-FOLDER = Path(__file__).with_name("rivals")
+FOLDER = Path(__file__).with_name("neural_network")
 UNSEEN = {"zig-zag": "zigzag_20_20", "circle": FOLDER / "circle_25.toml", "spiral": "horizontal"}
 FIGURES = {
-    "rivals": "Left: the largest error of the place on three manoeuvres that were not fitted, in per cent of the path, "
-    "medians of ten records a boat. Right: how far coefficients other than added masses are off, medians. All predict "
-    "better than the guess, the network worst; its regression and that on smoothed motion have coefficients that are "
-    "further off than the guess, the posterior mode has nearer ones.",
+    "methods": "Left: the largest error of the place on three manoeuvres that were not fitted, in per cent of the "
+    "path, medians of ten records a boat. Right: how far coefficients other than added masses are off, medians. All "
+    "predict better than the guess, the network worst; its regression and that on smoothed motion have coefficients "
+    "that are further off than the guess, the posterior mode has nearer ones.",
 }
 GLOSSARY = "booth"
 ANSWER = """
@@ -113,7 +113,7 @@ def merged(records):
 
 def draw(run, numbers):
     """Errors by method, and the table of them."""
-    plots.methods(numbers, run.figure("rivals"))
+    plots.methods(numbers, run.figure("methods"))
     rows = [
         {"boat": v, "method": name} | one for v, result in numbers.items() for name, one in result["methods"].items()
     ]
