@@ -146,7 +146,7 @@ def posed(scratch, drop=()):
     for name in drop:
         del (document if name in document else document["nuisance"])[name]
         del document["check"][1:]
-    path = scratch / "posed.toml"
+    path = scratch / f"posed_{len(drop)}.toml"  # several are posed at once
     path.write_text(tomlkit.dumps(document), encoding="utf-8")
     return prepare(load_study(path))
 
@@ -262,7 +262,8 @@ def tables(numbers):
     """Each prediction, what each thing inferred does, and the parameters."""
     yield "Predictions by the posterior: error of the heading (deg, rms), mean half-width of its 90 % band, error of"
     yield "the track (m, rms of x and of y), and share of all readings in the bands."
-    yield "Sds and correlation times were chosen while the way back was looked at, and not the later missions.\n"
+    yield "Sds and correlation times were chosen while the way back was looked at, and not the later missions."
+    yield f"The posterior: {'; '.join(numbers['shortcomings']) or 'converged'}.\n"
     rows = [row | {"name": name} for name, row in numbers["predictions"].items()]
     cells = {"log": lambda row: NAMES[row["name"]]}
     cells["heading"] = lambda row: f"{row['channels']['heading']['rms']['posterior']:.0f}°"
