@@ -10,12 +10,7 @@ _LOOKS = {"kept": (style.SQP, "s", "kept while it is wrong"), "relaxed": (style.
 def draw(path, numbers) -> None:
     """A row an assumption: coefficients known to 10 % on the left, coverage of 90 % intervals on the right.
 
-    Parameters
-    ----------
-    path
-        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
-    numbers
-        Assumption -> "kept" and "relaxed" -> "known" and "coverage".
+    `path` is one or several, and `numbers` are assumption -> "kept" and "relaxed" -> "known" and "coverage".
     """
     y = np.arange(len(numbers))[::-1]
     with style.figure(path, 8.2, 0.36 * len(numbers) + 1.2) as figure:

@@ -10,12 +10,8 @@ _LEAST = 1e-6  # m, at which what is smaller is drawn
 def draw(path, numbers) -> None:
     """A panel a vehicle: the largest error of any unseen track by kind of sets, a mark a disturbance (medians of sets).
 
-    Parameters
-    ----------
-    path
-        One or several, as :func:`bayesub.report.plots.style.figure` takes them.
-    numbers
-        Vehicle -> kind of sets -> disturbance -> errors (m), and the noise of the tracks (m).
+    `path` is one or several, and `numbers` are vehicle -> kind of sets -> disturbance -> errors (m),
+    and the noise of the tracks (m).
     """
     with style.figure(path, 3.3 * len(numbers) + 0.4, 4.3) as figure:
         panels = figure.subplots(1, len(numbers), sharey=True, squeeze=False)[0]

@@ -60,7 +60,7 @@ def draw_differences(path, between, keys, interval) -> None:
 
 
 def draw_causes(path, causes, theirs) -> None:
-    """Largest differences of u against those of x, a marker a cause and a colour a boat, beside the thesis's.
+    """Largest differences of u against those of x, a panel a boat and a marker a cause, beside the thesis's.
 
     `causes` are vehicle -> cause -> "u" (m/s) and "x" (m), and `theirs` key -> of the three boats.
     """

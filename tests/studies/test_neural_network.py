@@ -1,5 +1,7 @@
 """The network of the study `neural_network`."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -47,23 +49,32 @@ def test_what_is_known_flies_as_the_boat_does(network, suboff, monkeypatch):
     assert flown(network, suboff, bs.load_manoeuvre("zigzag_20_20", suboff)) < 2e-4
 
 
-def test_the_network_follows_what_it_has_learned(network, trial, suboff):
-    """The zig-zag that it was trained on, and none of it without what it adds."""
+def exact(network, boat, states, controls):
+    """What the boat's own coefficients add to what the network knows, by its accelerations (n, 3), N and N m."""
+    rpm = boat.rpm_per_mps * boat.speed_mps
+    of_boat = accelerations(boat, states, controls, rpm) @ mass_of(boat).T
+    return of_boat[:, methods.PLACES] - network._known(states, controls, rpm)
+
+
+def test_the_network_has_learned_the_forces(network, suboff):
+    """Along its own motion it gives what was left out to 3 % (rms), axis by axis."""
+    left_out = exact(network, suboff, network.states, network.controls)
+    off = network.forces(network.states, network.controls) - left_out
+    assert (np.sqrt(np.mean(off**2, axis=0) / np.mean(left_out**2, axis=0)) < 0.03).all()
+
+
+def test_the_network_follows_what_it_has_learned(network, trial, suboff, monkeypatch):
+    """The zig-zag that it was trained on, twenty times nearer than without what it adds.
+
+    How near depends on where the training ends, which another kernel of the BLAS changes: 0.3 to 0.9 % of the path.
+    """
     with_it = flown(network, suboff, trial.manoeuvre)
-    network.forces, kept = nothing, network.forces
-    without = flown(network, suboff, trial.manoeuvre)
-    network.forces = kept
-    assert with_it < 5e-3 < without / 4
+    monkeypatch.setattr(network, "forces", nothing)
+    assert with_it < flown(network, suboff, trial.manoeuvre) / 20
 
 
 def test_regression_finds_the_coefficients_of_exact_forces(network, suboff, monkeypatch):
     """Of a network that gives what the boat's own coefficients add, by its accelerations, it has all of them."""
-    rpm = suboff.rpm_per_mps * suboff.speed_mps
-
-    def exact(states, controls):
-        of_boat = accelerations(suboff, states, controls, rpm) @ mass_of(suboff).T
-        return of_boat[:, methods.PLACES] - network._known(states, controls, rpm)
-
-    monkeypatch.setattr(network, "forces", exact)
+    monkeypatch.setattr(network, "forces", partial(exact, network, suboff))
     free = methods.columns([name for name in network.one.free if name not in methods.ADDED])
     np.testing.assert_allclose(network.coefficients()[free], suboff.xi[free], rtol=1e-6)
