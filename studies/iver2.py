@@ -44,7 +44,7 @@ WITHOUT = {
     "slow errors of the sensors": ("disturbance",),
 }
 ALL = "yaw moment that varies"
-N_DRAWS, MAX_STEPS, SEED = 400, 12_000, 1
+N_DRAWS, MAX_STEPS, SEED = 400, 45_000, 1
 FIGURES = {
     "headings": "Headings that were not fitted: measured (dots), posterior mean and 90 % band. Grey: the first 20 s, "
     "which say start, current and compass zero.",
