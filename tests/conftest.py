@@ -19,6 +19,9 @@ from support.motions import smooth_manoeuvre
 import bayesub as bs
 from bayesub.cli import app
 from bayesub.io import toml_files
+from bayesub.report.plots import style
+
+RENDER = style.save
 
 
 def pytest_addoption(parser):
@@ -38,6 +41,13 @@ def pytest_collection_modifyitems(config, items):
 def pytest_configure(config):
     """Tell those who compare sentences whether they are to be written."""
     refusals.writing = config.getoption("sentences")
+
+
+@pytest.hookimpl(tryfirst=True)  # before fixtures, of a module too
+def pytest_runtest_setup(item):
+    """Render figures for tests that look at them only, since it takes longest; for others their files are empty."""
+    is_rendered = any(map(item.get_closest_marker, ("rendered", "browser", "docs", "slow")))
+    style.save = RENDER if is_rendered else lambda _, paths: small_study.leave_empty(paths)
 
 
 @pytest.fixture(scope="session")

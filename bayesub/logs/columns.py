@@ -109,7 +109,7 @@ def check_runs(data: dict[str, Series], headers: dict[str, str]) -> list[Finding
     jumps: list[tuple[float, float, str, list[str]]] = []
     result: dict[float, Finding] = {}
     for names, what in ((one.split(), what) for one, what in _QUANTITIES):
-        parts = [data[name].unwrapped() if name in ANGLES else data[name] for name in names if name in data]
+        parts = [data[name].unwrapped if name in ANGLES else data[name] for name in names if name in data]
         if len(parts) < len(names) or len({len(part.times) for part in parts}) > 1:
             continue
         times, moved = parts[0].times, np.linalg.norm([np.diff(part.values) for part in parts], axis=0)
@@ -285,7 +285,7 @@ def check_stuck(
     data, result = dict(data), []
     for name in [name for name in data if name not in controls]:
         column = data[name]
-        values = column.unwrapped().values if name in ANGLES else column.values
+        values = column.unwrapped.values if name in ANGLES else column.values
         # The longest run of one value.
         changes = np.flatnonzero(np.diff(values) != 0.0)
         starts, ends = np.concatenate([[0], changes + 1]), np.concatenate([changes, [len(values) - 1]])

@@ -173,7 +173,7 @@ def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, .
                 size = f"{apart / DEGREE:.3g} deg" if relation.rotation else f"{apart:.3g} m"
                 reasons[name] = f"{relation.words} go {size} apart"
     steering = {name for name in controls if name in data and name not in (*CONTROLS[1:], "rpm")}
-    angle = next((data[name].unwrapped().values for name in ("psi", "heading") if name in data), np.zeros(1))
+    angle = next((data[name].unwrapped.values for name in ("psi", "heading") if name in data), np.zeros(1))
     rise, fall = (angle - np.minimum.accumulate(angle)).max(), (np.maximum.accumulate(angle) - angle).max()
     if steering == {"delta_r"} <= constant and min(rise, fall) > BOTH_WAYS:
         reasons["delta_r"] = (
@@ -188,7 +188,7 @@ def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, .
 
 def _check_sizes_of_controls(data: Data, headers: dict[str, str], names: tuple[str, ...]) -> list[Finding]:
     """Controls (short names) that are too small or too large to be in their unit."""
-    turned = max((float(np.ptp(data[n].unwrapped().values)) for n in ("psi", "heading") if n in data), default=0.0)
+    turned = max((float(np.ptp(data[n].unwrapped.values)) for n in ("psi", "heading") if n in data), default=0.0)
     result = []
     for name in names:
         if name not in data or "_n" in headers[name][-3:] or name == "rpm":
@@ -216,7 +216,7 @@ def _check_signs_of_controls(data: Data, headers: dict[str, str]) -> list[Findin
     for name, ((rate, angles), sign, words) in EFFECTS.items():
         if name not in data or not np.ptp(data[name].values):
             continue
-        angle = next((data[name].unwrapped() for name in angles if name in data), None)
+        angle = next((data[name].unwrapped for name in angles if name in data), None)
         righted = angle if rate == "q" else None
         if rate in data:
             correlation = _correlation(data[name], data[rate], righted)
@@ -245,7 +245,7 @@ def _correlation(control: Series, rate: Series, righted: Series | None = None) -
         return 0.0
     angle, tilt, best = control.at(times), 0.0 * times if righted is None else righted.at(times), 0.0
     for length in lengths(times, 2.0 * float(np.median(np.diff(times)))):
-        first, last = windows(times, length, [rate.gaps()])
+        first, last = windows(times, length, [rate.gaps])
         if len(first) < 2 * WINDOWS:
             break
         sums = [np.concatenate([[0.0], np.cumsum(column)]) for column in (angle, values, tilt)]

@@ -34,7 +34,7 @@ def _difference(change: np.ndarray, by_rates: np.ndarray, elapsed: np.ndarray) -
 
 
 def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.sum(values**2, axis=1))))
+    return float(np.linalg.norm(values)) / len(values) ** 0.5
 
 
 Data = dict[str, Series]
@@ -71,7 +71,7 @@ class Relation:
         if (compared := self._compared(data)) is None:
             return ()
         parts, at, targets, integrals = compared
-        gaps = [part.gaps() for part in parts.values()]
+        gaps = [part.gaps for part in parts.values()]
         round_off = _ROUND_OFF * max(1.0, float(np.abs(targets).max()))
         result = []
         for length in lengths(at, 2.0 * max(part.interval for part in parts.values())):
@@ -84,7 +84,7 @@ class Relation:
     def _compared(self, data: Data) -> tuple[Data, np.ndarray, np.ndarray, np.ndarray] | None:
         """Columns, times (n,) of the targets, targets and integrals of the rates (n, k); None for too few readings."""
         parts = {name: data[name] for name in self.columns(data)}
-        parts = {name: part.unwrapped() if name in ANGLES else part for name, part in parts.items()}
+        parts = {name: part.unwrapped if name in ANGLES else part for name, part in parts.items()}
         rates = {name: part for name, part in parts.items() if name not in self.targets}
         begin = max(part.times[0] for part in parts.values())
         end = min(part.times[-1] for part in parts.values())

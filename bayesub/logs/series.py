@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +21,7 @@ class Series:
     times: np.ndarray  # (n,) ascending, s
     values: np.ndarray  # (n,) SI units
 
-    @property
+    @cached_property
     def interval(self) -> float:
         """Median time between two readings, s."""
         return float(np.median(np.diff(self.times)))
@@ -33,10 +34,12 @@ class Series:
         """The readings but for those at these positions."""
         return Series(np.delete(self.times, cells), np.delete(self.values, cells))
 
+    @cached_property
     def unwrapped(self) -> "Series":
         """An angle in rad without jumps of a turn."""
         return Series(self.times, np.unwrap(self.values))
 
+    @cached_property
     def gaps(self) -> tuple[np.ndarray, np.ndarray]:
         """Begins and ends (n_gaps,) of times without readings, s."""
         wide = np.flatnonzero(np.diff(self.times) > GAP * self.interval)
@@ -69,7 +72,7 @@ def windows(
 ) -> tuple[np.ndarray, np.ndarray]:
     """First and last reading of windows of about a length (s) that lie end to end and have none of the gaps inside.
 
-    Times (n,) ascend, in s; there is a pair of :meth:`Series.gaps` for each column that takes part.
+    Times (n,) ascend, in s; there is a pair of :attr:`Series.gaps` for each column that takes part.
     """
     edges = np.unique(np.searchsorted(times, np.arange(times[0], times[-1], length)))
     first, last = edges[:-1], edges[1:]

@@ -187,7 +187,7 @@ def _chain(node: ast.AST) -> str:
     return ".".join([node.id, *reversed(names)]) if isinstance(node, ast.Name) else ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # one is another if it is another object, and may be the key of a cache
 class _Package:
     """The modules of bayesub."""
 
@@ -205,6 +205,7 @@ class _Package:
             waiting += [name for module in new for name in self.imports[module]]
         return found
 
+    @functools.lru_cache(maxsize=10_000)  # noqa: B019 the package is kept anyway
     def _resolved(self, name: str) -> set[str]:
         """The modules that are imported for a dotted name."""
         parts = name.split(".")

@@ -318,6 +318,7 @@ def test_a_quantity_first(folder, bayesub):
     assert {v["name"] for v in numbers["towing_tank"]} <= {c["name"] for c in numbers["coefficients"]}
 
 
+@pytest.mark.slow
 def test_what_is_lost_is_not_used(folder, bayesub):
     """Without the Doppler log nothing is known of drag; a design that is robust says so, and keeps its time."""
     files = ("--limits", "limits.toml", "--sensors", "sensors.toml")

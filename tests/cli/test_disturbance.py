@@ -32,6 +32,7 @@ def fly(bayesub, tmp_path, monkeypatch):
     return run
 
 
+@pytest.mark.rendered
 def test_a_disturbed_track(fly, tmp_path):
     """The message says the forces, the columns of the track are those of any, and the seed decides."""
     _, calm_message, calm = fly()

@@ -25,6 +25,7 @@ def finned(suboff_file, tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.rendered
 def test_the_card_shows_the_fins(bayesub, finned):
     """Lines, JSON and a sketch; a tail without stern planes is flown without them."""
     status, out, _ = bayesub("check", "finned.toml", "--card", "card.png")

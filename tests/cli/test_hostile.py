@@ -38,6 +38,7 @@ READERS = {
 }
 
 
+@pytest.mark.slow
 def test_changed_files_are_refused_in_a_line_or_fly(tmp_path, monkeypatch):
     """A sample, or with BAYESUB_FUZZ=5000 so many, each within ten seconds and two gigabytes."""
     monkeypatch.chdir(tmp_path)
@@ -167,6 +168,7 @@ def test_a_flight_has_a_bounded_number_of_steps_and_rows(suboff, spiral):
         bs.observe(bs.simulate(suboff, spiral, dt=1.0), bs.sensors.Pressure(0.1, interval_s=1e-9), None)
 
 
+@pytest.mark.rendered
 def test_names_are_not_markup(tmp_path, monkeypatch):
     """A vehicle whose name looks like a tag of the terminal or a formula is printed and drawn as it is."""
     monkeypatch.chdir(tmp_path)

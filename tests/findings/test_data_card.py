@@ -64,6 +64,7 @@ def test_outliers_of_a_smooth_motion_are_found_and_nothing_else():
     assert len(data_card.outlier_candidates(times[:4], values[:4], 0.1)) == 0
 
 
+@pytest.mark.rendered
 def test_trials_have_rows_of_their_own_and_the_card_is_drawn(problem, tmp_path):
     joint = JointProblem({"first": problem, "second": problem})
     card = data_card.check(joint, "two")

@@ -227,6 +227,7 @@ def test_absurd_coefficients(values, tmp_path_factory):
 
 
 @pytest.mark.parametrize(("name", "value"), [("Yvdot", 1e100), ("Nur", 5e-324), ("Muu_ds", -1e3)])
+@pytest.mark.rendered
 def test_absurd_boats_can_be_drawn(suboff, tmp_path, name, value):
     cards.draw(check(changed(suboff, **{name: value})), tmp_path / "card.png")
     assert (tmp_path / "card.png").stat().st_size > 20_000
@@ -265,6 +266,7 @@ def test_absurd_bodies(changes, tmp_path_factory):
         assert found is None
 
 
+@pytest.mark.rendered
 def test_from_an_outline_to_a_card(bayesub, tmp_path, monkeypatch):
     """new geometry, new vehicle, check: status 0 with warnings; a second time nothing is replaced."""
     monkeypatch.chdir(tmp_path)

@@ -85,6 +85,7 @@ def full():
         ("export RUN -o FILE", "e.toml"),
     ],
 )
+@pytest.mark.rendered
 def test_on_a_full_disk_nothing_older_is_lost_and_nothing_stays(bayesub, tmp_path, finished, full, command, file):
     """One line, status 2; NetCDF too, at which HDF5 ended in a segmentation fault."""
     path, run = tmp_path / file, finished() if "RUN" in command else ""

@@ -8,6 +8,8 @@ import pytest
 from bayesub.report.page import Drawings, smaller
 from bayesub.report.plots import style
 
+pytestmark = pytest.mark.rendered
+
 
 def pictures(folder, n_points):
     """PNG and SVG of a figure with so many markers, a formula and a clipped line."""

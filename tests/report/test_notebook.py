@@ -16,6 +16,8 @@ from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import fisher
 from bayesub.problem.priors import Normal
 
+pytestmark = pytest.mark.rendered
+
 
 class Cells(HTMLParser):
     """The cells of the first table, row by row; an error for a tag that is not closed."""

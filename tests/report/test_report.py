@@ -166,6 +166,7 @@ def test_trials_of_a_joint_problem_and_channels_without_noise(spiral_track):
 
 
 @pytest.mark.parametrize("n_channels", [1, 10])
+@pytest.mark.rendered
 def test_the_figure_is_drawn_for_one_channel_and_for_ten(n_channels, tmp_path, rng):
     times = {f"channel {k}": np.arange(40.0) for k in range(n_channels)} | {"short": np.arange(3.0)}
     residuals = {name: 3.0 * rng.standard_normal((2, len(own))) for name, own in times.items()}

@@ -119,6 +119,7 @@ def test_uniformity_finds_the_quantity_that_is_not(rng):
     assert not inside(bad, limits)
 
 
+@pytest.mark.rendered
 def test_pictures(rng, tmp_path, monkeypatch):
     monkeypatch.setattr(calibration, "_SIMULATED", 200)  # a band that is only looked at
     found = {"Xuu": ranks(rng), "log likelihood": ranks(rng)}

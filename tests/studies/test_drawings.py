@@ -12,6 +12,7 @@ from bayesub.report.plots import style
 from bayesub.study.run import script
 from posteriors import plots as posteriors
 
+pytestmark = pytest.mark.rendered
 ROOT = Path(__file__).parents[2]
 STUDIES = ("criticism", "explanations", "how_many_terms", "other_engines", "other_equations")
 committed = pytest.mark.skipif(not (ROOT / "figures").is_dir(), reason="figures are not part of a source distribution")

@@ -7,7 +7,6 @@ from support.small_study import leave_empty
 
 from bayesub.findings import derived
 from bayesub.report import report
-from bayesub.report.plots import style
 
 
 @pytest.fixture
@@ -29,9 +28,3 @@ def draw_only(monkeypatch):
 def few_figures(draw_only):
     """A report draws one small picture only, the quickest."""
     draw_only("forest_small")
-
-
-@pytest.fixture
-def unrendered(monkeypatch):
-    """Figures are drawn, and not rendered, which takes longest; their files are empty."""
-    monkeypatch.setattr(style, "save", lambda _, paths: leave_empty(paths))

@@ -86,7 +86,7 @@ def save_logs(folder: Path, boat: bs.Vehicle, manoeuvres: dict[str, str]) -> Pat
 
 def leave_empty(paths) -> None:
     """Files in place of a figure that no test looks at."""
-    for path in paths:
+    for path in map(Path, [paths] if isinstance(paths, str | Path) else paths):
         with replacing(path) as partial:
             partial.write_bytes(b'<svg viewBox="0 0 1 1"></svg>' if path.suffix == ".svg" else b"")
 

@@ -180,7 +180,7 @@ def save(drawing: Figure, path: Paths) -> None:
                 canvas.draw()
                 picture = quantise(Image.fromarray(np.asarray(canvas.buffer_rgba())))
                 picture.save(partial, format="png", compress_level=_COMPRESSION)
-        drawing.set_layout_engine("none")  # the other formats keep the places
+        drawing.set_layout_engine(None)  # the other formats keep the places, and are not laid out again
 
 
 def quantise(picture: Image.Image) -> Image.Image:

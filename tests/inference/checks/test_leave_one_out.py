@@ -76,6 +76,7 @@ def test_draws_of_the_laplace_approximation_and_of_priors(tracks, suboff, rng):
     np.testing.assert_allclose(draws.std(axis=0), sds, rtol=4 / np.sqrt(8000))
 
 
+@pytest.mark.slow
 def test_the_function_and_the_command_are_one_computation(tracks, suboff, tmp_path):
     """Of posteriors that a run has kept: the same numbers, after a warm-up that tells current and start of each."""
     joint = posed(tracks, suboff, 3, current={"current_north_mps": bs.priors.normal(0.0, 0.3)})

@@ -88,6 +88,7 @@ def test_nuts_that_has_not_converged_proves_nothing(problem, rng):
     assert "9 divergent trajectories" in diverged.sentence
 
 
+@pytest.mark.rendered
 def test_it_is_saved_and_drawn(problem, rng, tmp_path):
     check = compared(ensemble(problem, rng), exact(problem, rng))
     again = module.CrossCheck.from_json(check.to_json())

@@ -117,6 +117,7 @@ def test_only_what_a_map_names_is_kept(tmp_path):
         assert set(readers.read("csv", [path], log_map).signals) == ({"yaw"} if signal == "yaw" else {"yaw", "x"})
 
 
+@pytest.mark.slow
 def test_memory_grows_by_the_numbers_that_are_kept(tmp_path, monkeypatch):
     """Three columns of eight bytes a row are kept of seven, and a text; what else there is at a time is less."""
     monkeypatch.setattr(table, "BLOCK", 1 << 17)

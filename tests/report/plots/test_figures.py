@@ -29,6 +29,7 @@ from bayesub.sensors import Track, observe
 from calibration import plots as calibration
 from ill_conditioning.plots import cancellation, collinearity, contribution, profile, spectra
 
+pytestmark = pytest.mark.rendered
 NAMES = ("Xuu", "Yuv", "Nuv", "yaw0_deg")
 N = 3  # coefficients among them
 TIMES = np.arange(40.0)

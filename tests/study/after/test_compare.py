@@ -8,8 +8,6 @@ import pandas as pd
 import pytest
 from support import refusals, small_study
 
-pytestmark = pytest.mark.usefixtures("unrendered")
-
 
 @pytest.fixture
 def runs(finished):

@@ -41,7 +41,7 @@ PATH = PILOT.replace("heading_deg = [40.0]", "waypoints_m = [[90.0, 9.0]]\nlooka
 
 @pytest.fixture(autouse=True)
 def quick(request, monkeypatch):
-    """Figures are drawn in tests that ask for `unrendered`; in the others their files are empty."""
+    """Figures are drawn in tests that ask for `drawn`; in the others their files are empty."""
 
     def draw_all(figures, folder, **_):
         pictures = {}
@@ -50,8 +50,13 @@ def quick(request, monkeypatch):
             pictures[figure.name] = figure.caption, b'<svg viewBox="0 0 1 1"></svg>'
         return pictures
 
-    if "unrendered" not in request.fixturenames:
+    if "drawn" not in request.fixturenames:
         monkeypatch.setattr(page, "draw_all", draw_all)
+
+
+@pytest.fixture
+def drawn():
+    """Draw figures, which are not rendered even so."""
 
 
 @pytest.fixture
@@ -90,7 +95,7 @@ def bands(folder, column, by="posterior"):
     return table["time_s"].to_numpy(), table[[f"{column}_{by}_{q}" for q in ("q5", "median", "q95")]].to_numpy().T
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("drawn")
 def test_bands_of_a_manoeuvre_are_those_of_flights_of_its_draws(run, tmp_path, bayesub):
     """Flown one by one by `simulate` with another step: medians and quantiles within what 2,000 draws leave open."""
     duration = bs.load_manoeuvre("zigzag_20_20", bs.load_vehicle("auv690")).duration
@@ -190,7 +195,7 @@ def test_the_same_seed_gives_the_same_bits(run, tmp_path, bayesub):
     assert (tmp_path / "one" / "states.csv").read_bytes() != (tmp_path / "three" / "states.csv").read_bytes()
 
 
-@pytest.mark.usefixtures("unrendered")
+@pytest.mark.usefixtures("drawn")
 def test_a_log_of_the_boat_is_predicted_and_of_another_is_not(run, log, tmp_path, bayesub):
     """Posterior beside prior and SQP; and a boat that is off by a third as negative control, exit status 1."""
     status, out, _ = bayesub("predict", run, log(), "-o", tmp_path / "right", "--draws", 200)

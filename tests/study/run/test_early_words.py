@@ -122,6 +122,7 @@ def test_a_heading_that_wraps_is_no_fault(tmp_path):
     assert turned == pytest.approx(plain, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_log_with_the_rudder_the_other_way_round_is_not_sampled(tmp_path):
     """Trusted all the same it is searched, and then one clear line comes in place of sampling."""
     file = logged(tmp_path, lambda log: {"delta_r": -log["delta_r"]}, trust_log=True)

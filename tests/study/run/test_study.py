@@ -195,6 +195,7 @@ def test_list_and_check_know_everything_built_in(bayesub, small):
     assert "4 free coefficients" in out
 
 
+@pytest.mark.rendered
 def test_simulate_writes_a_track_that_reads_back_and_flies_again(bayesub, tmp_path):
     first, second = tmp_path / "first.csv", tmp_path / "second.csv"
     status, out, _ = bayesub(

@@ -180,6 +180,7 @@ def test_a_check_and_a_trial_have_different_names(bayesub, folder):
     refusals.check(bayesub.error, "conflict")
 
 
+@pytest.mark.rendered
 def test_a_run_predicts_and_says_so_at_the_end(bayesub, folder, draw_only):
     draw_only("prediction_other")
     assert "to predict 'other'" in bayesub("check", folder / "study.toml")[1]

@@ -96,6 +96,7 @@ def test_a_run_keeps_the_function_and_draws_again_with_the_copy(tmp_path, few_fi
     assert (tmp_path / "run" / "numbers.json").read_bytes() == before
 
 
+@pytest.mark.slow
 def test_no_code_of_a_run_folder_runs_unless_that_is_said(tmp_path, finished, monkeypatch, bayesub):
     """Values of derived quantities are kept; without them the refusal names the file and the option."""
     (tmp_path / "mine.py").write_text("def heading_deg(boats):\n    return boats.xi[:, 0]\n")

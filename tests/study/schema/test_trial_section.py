@@ -136,6 +136,7 @@ def test_a_joint_study_reports_each_trial(folder, bayesub, draw_only):
     assert page.count("Track and residuals: ") == 2
 
 
+@pytest.mark.rendered
 def test_check_draws_the_card_of_the_data(folder, bayesub):
     status, out, _ = bayesub("check", folder / "joint.toml", "--card", folder / "card.png")
     assert status == 0
