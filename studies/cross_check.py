@@ -33,7 +33,7 @@ CASES = {f"{vehicle} {manoeuvre}": None for manoeuvre, vehicle in product(cases.
 SAMPLERS = "ours", "NUTS"
 # Quick: half a minute, because NUTS compiles its own programs.
 QUICK = {"suboff horizontal": ("Xuu", "Yuv", "Nuv")}  # free coefficients
-QUICK_DRAWS, QUICK_TUNE = 150, 30
+QUICK_DRAWS, QUICK_TUNE = 60, 20
 FIGURES = {
     "*": "{}: differences of all means, sds and correlations by the two samplers in Monte Carlo standard errors, as "
     "histograms with the normal curve that equal posteriors make, and the limit that holds all in 99 of 100 "

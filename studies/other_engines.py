@@ -32,7 +32,7 @@ PROBLEMS = {
 }
 QUICK = ("suboff horizontal, three",)
 # Quick: half a minute, because NUTS compiles its own programs and every engine spends a budget.
-QUICK_GRADIENTS, QUICK_CALLS, QUICK_ESS = 4000, 8000, 2000
+QUICK_GRADIENTS, QUICK_CALLS, QUICK_ESS = 1500, 4000, 1000
 FIGURES = {
     "engines": "Simulations (left) and seconds (right) to 400 effective samples of the worst coefficient with chains "
     "that agree; a Jacobian counts as the simulations that take as long. Arrows have not come so far when their budget "
