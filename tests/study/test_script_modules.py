@@ -72,6 +72,7 @@ def title():
     "mine/deeper.py": "def double(x): return 2 * x",
     "mine/unused.py": "raise RuntimeError",
     "other.py": "raise RuntimeError",
+    "study/boat.toml": "length_m = 7.0",  # which the script reads by its own name
 }
 
 
@@ -87,10 +88,11 @@ def study(tmp_path):
 
 def test_those_that_are_imported_and_data_of_their_packages_are_files_of_a_script(study):
     names = ["mine/__init__.py", "mine/deep.py", "mine/deeper.py", "mine/tables.py", "mine/words.toml", "squares.py"]
+    names += ["study/boat.toml"]
     assert list(sources.beside(study)) == names
 
 
-@pytest.mark.parametrize("name", ["squares.py", "mine/deeper.py", "mine/words.toml"])
+@pytest.mark.parametrize("name", ["squares.py", "mine/deeper.py", "mine/words.toml", "study/boat.toml"])
 def test_a_change_of_one_makes_a_run_stale(study, tmp_path, name):
     """It is not resumed, and not drawn again unless the script is named; files that nobody imports do not count."""
     bs.run(study, tmp_path / "run")
