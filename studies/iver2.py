@@ -8,7 +8,7 @@ degrees. With the fins' zero inferred it is followed within 35, in bands that ar
 varies besides, the errors of all four parts are as large as the posterior says, some 30 degrees to either side after
 two minutes, more than half of which is the fins' zero. An autopilot answers that moment with the rudder: four in five
 logs of missions show it, and none of a run by hand.
-Cost: an hour, most of it for the posterior. The logs are not ours to give: the environment variable BAYESUB_IVER2
+Cost: two hours, most of them for the posterior. The logs are not ours to give: the environment variable BAYESUB_IVER2
 names a clone of gregorymurad/marineRobotics, or its folder Logs; without it the study is skipped, and with --quick too.
 """
 
