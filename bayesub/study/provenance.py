@@ -61,6 +61,7 @@ def origin(config: dict) -> dict[str, str]:
     return {title: text for title, text in texts.items() if text}
 
 
+@functools.cache
 def _versions() -> dict[str, str]:
     packages = {package: importlib.metadata.version(package) for package in PACKAGES}
     return {"python": platform.python_version()} | packages

@@ -80,8 +80,8 @@ def of_script(script: Path) -> tuple[str, dict[str, str], set[str]]:
 def beside(script: Path) -> dict[str, Path]:
     """Name from the folder of the script -> file, of all modules that it imports directly or through others.
 
-    Of a package, and of the folder with the name of the script, all data count; of modules those that are imported.
-    Files are read, not run.
+    Of a package, and of the folder with the name of the script that is not its run, all data count; of modules those
+    that are imported. Files are read, not run.
     """
     root, found, waiting = script.parent, set(), [script]
     while waiting:
@@ -89,7 +89,9 @@ def beside(script: Path) -> dict[str, Path]:
             if other not in found:
                 found.add(other)
                 waiting.append(other)
-    folders = {script.with_suffix(""), *(module.parent for module in found)} - {root}
+    folders = {module.parent for module in found} - {root}
+    if not (script.with_suffix("") / "config.toml").exists():
+        folders.add(script.with_suffix(""))
     found |= {file for folder in folders for file in folder.glob("*") if file.suffix in (".csv", ".json", ".toml")}
     return {file.relative_to(root).as_posix(): file for file in sorted(found)}
 
