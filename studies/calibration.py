@@ -24,7 +24,7 @@ from calibration import plots
 from thesis import calibration
 from thesis.prior_trials import PriorTrials
 
-# Quick: half a minute, because six posteriors are sampled of each of several kinds of trial.
+# Quick: half a minute, because two posteriors are sampled of each of several kinds of trial.
 N_TRIALS, QUICK_TRIALS = 200, 2
 FALSE_ALARMS = 0.01  # of all quantities of a problem together
 PRIOR = bs.priors.relative_normal(0.25)

@@ -190,27 +190,28 @@ def _chain(node: ast.AST) -> str:
     return ".".join([node.id, *reversed(names)]) if isinstance(node, ast.Name) else ""
 
 
-@dataclass(frozen=True, eq=False)  # one is another if it is another object, and may be the key of a cache
+@dataclass(frozen=True)
 class _Package:
     """The modules of bayesub."""
 
     digests: dict[str, str]
-    imports: dict[str, list[str]]  # module -> names that it imports
+    imports: dict[str, list[str]]  # module -> modules of the package that it imports
     lazy: dict[str, str]  # name of the public face -> what it stands for
 
     def closure(self, names: Iterable[str]) -> set[str]:
         """The modules that names need."""
-        found: set[str] = set()
-        waiting = list(names)
+        found = set[str]()
+        waiting = self.resolved(names)
         while waiting:
-            new = self._resolved(waiting.pop()) - found
-            found |= new
-            waiting += [name for module in new for name in self.imports[module]]
+            found |= waiting
+            waiting = {other for module in waiting for other in self.imports[module]} - found
         return found
 
-    @functools.lru_cache(maxsize=10_000)  # noqa: B019 the package is kept anyway
-    def _resolved(self, name: str) -> set[str]:
-        """The modules that are imported for a dotted name."""
+    def resolved(self, names: Iterable[str]) -> set[str]:
+        """The modules that are imported for dotted names."""
+        return {module for name in names for module in self._of_name(name)}
+
+    def _of_name(self, name: str) -> set[str]:
         parts = name.split(".")
         if parts[0] == PACKAGE and ".".join(parts[:2]) not in self.digests and parts[1] in self.lazy:
             parts = [*self.lazy[parts[1]].split("."), *parts[2:]]
@@ -230,13 +231,15 @@ def _package() -> _Package:
     key = compiled_files.digest("what computes", sys.version, stub, *parts)
     if (kept := compiled_files.load(key)) is not None:
         return _Package(*json.loads(kept))
-    digests, imports = {}, {}
+    digests, named = {}, {}
     for path, content in contents.items():
         package = ".".join(path.parts[:-1])
         module = package if path.name == "__init__.py" else f"{package}.{path.stem}"
         digests[module], names = _read(content, package)
-        imports[module] = sorted(name for name in names if name.startswith(PACKAGE))
-    found = digests, imports, _Syntax(ast.parse(stub), PACKAGE).aliases
+        named[module] = [name for name in names if name.startswith(PACKAGE)]
+    lazy = _Syntax(ast.parse(stub), PACKAGE).aliases
+    resolved = _Package(digests, {}, lazy).resolved
+    found = digests, {module: sorted(resolved(names)) for module, names in named.items()}, lazy
     compiled_files.save(key, json.dumps(found).encode())
     return _Package(*found)
 
