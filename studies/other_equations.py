@@ -8,7 +8,7 @@ so may be multiplied by a number or added; none comes from velocity terms that l
 directions on horizontal manoeuvres. Every spectrum spans decades, and every posterior sharpens some coefficients and
 leaves others. A set with too few terms does not fit, its bands miss the truth, and the model check says so. One with
 more terms than the boat has fits, and its bands hold the truth, but it predicts worse than the right set.
-Cost: a quarter of an hour; with --quick two minutes.
+Cost: a quarter of an hour; with --quick one minute.
 """
 
 from functools import partial
@@ -39,10 +39,10 @@ FITS = (
     ("mariner", "abkowitz"),
 )
 UNSEEN = ("turning_circle", "zigzag_20_20", "zigzag_10_10", *(f"random:{seed}" for seed in range(1, 11)))
-MAX_STEPS, QUICK_STEPS = 3000, 600
-# Quick: a minute, because three posteriors are sampled with each of four sets of terms.
-N_TRIALS = 4  # of a fit, whose predictions are judged together
-N_STARTS, ITERATIONS = 5, 200
+MAX_STEPS, QUICK_STEPS = 3000, 300
+# Quick: a minute, because bands are judged over three posteriors with each boat's own terms.
+N_TRIALS, QUICK_TRIALS = 4, {True: 3, False: 1}  # of a fit, by own terms or not, whose predictions are judged together
+N_STARTS, QUICK_STARTS, ITERATIONS = 5, 3, 200
 SEED = 19
 FIGURES = {
     "other_equations": "Left, null directions of each axis by vehicle and manoeuvre; all are equations of motion. "
@@ -67,9 +67,8 @@ def compute(run):
         for vehicle in vehicles
         for manoeuvre in (PLANAR if run.quick or name == "abkowitz" else PLANAR + OTHERS)
     }
-    max_steps = QUICK_STEPS if run.quick else MAX_STEPS
     fits = {
-        f"{vehicle} {name}": partial(fit, vehicle, name, max_steps, 3 if run.quick else N_TRIALS)
+        f"{vehicle} {name}": partial(fit, vehicle, name, run.quick)
         for vehicle, name in FITS[: 4 if run.quick else None]
     }
     return {"cases": run.parts("cases", cases), "fits": run.parts("fits", fits)}
@@ -82,7 +81,7 @@ def case(name, vehicle, manoeuvre):
     return {"equations": name, "vehicle": vehicle, "manoeuvre": manoeuvre, "axes": axes, "spectra": spectra}
 
 
-def fit(vehicle, name, max_steps, n_trials):
+def fit(vehicle, name, quick):
     """The posterior of the horizontal spiral in some equations, what it predicts, and what the model check says.
 
     Predictions are of trials with other noise and other guesses; the rest is of the first one.
@@ -92,6 +91,8 @@ def fit(vehicle, name, max_steps, n_trials):
         np.random.default_rng(seed) for seed in np.random.SeedSequence(SEED).spawn(4)
     )
     own = name == boat.equations.name
+    n_trials, n_starts = (QUICK_TRIALS[own], QUICK_STARTS) if quick else (N_TRIALS, N_STARTS)
+    max_steps = QUICK_STEPS if quick else MAX_STEPS
     crossed = boat if own else swapped.crossed(boat, name, "horizontal")
     fits = []
     for posed, sampled in zip(trials.spawn(n_trials), trials.spawn(n_trials), strict=True):
@@ -108,7 +109,7 @@ def fit(vehicle, name, max_steps, n_trials):
         "posterior": uniqueness.sharpened(posterior),
         "predictions": swapped.predictions(unseen, fits, predicted),
         "check": swapped.model_check(problem, posterior, checked),
-        "sqp": uniqueness.searches(problem, searched, N_STARTS, ITERATIONS) if own else None,
+        "sqp": uniqueness.searches(problem, searched, n_starts, ITERATIONS) if own else None,
     }
 
 
