@@ -8,7 +8,7 @@ so may be multiplied by a number or added; none comes from velocity terms that l
 directions on horizontal manoeuvres. Every spectrum spans decades, and every posterior sharpens some coefficients and
 leaves others. A set with too few terms does not fit, its bands miss the truth, and the model check says so. One with
 more terms than the boat has fits, and its bands hold the truth, but it predicts worse than the right set.
-Cost: a quarter of an hour; with --quick one minute.
+Cost: six minutes on two cores; with --quick one.
 """
 
 from functools import partial
