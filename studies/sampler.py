@@ -5,7 +5,7 @@ Claim: every problem converges, with a 25 % normal prior for at most 4 simulatio
 in six degrees of freedom, with bounds or rounded readings for at most 30. With normal priors emcee's stretch move and
 its differential evolution have not converged when their simulations are spent. Directions that the data do not see are
 sampled, and have the prior's spread.
-Cost: about five minutes on two cores. A killed run continues with --resume after the last problem.
+Cost: a quarter of an hour on two cores. A killed run continues with --resume after the last problem.
 
 Tracks have position noise of 0.5 m on a boat of suboff's length, in proportion to the length, and attitude noise of
 0.1 degrees; sampling intervals scale with length over speed. The rivals do what a user would: they work in coordinates
