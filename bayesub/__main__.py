@@ -1,6 +1,7 @@
 """The command `bayesub`, also as ``python -m bayesub``.
 
-It answers Ctrl-C while the command line itself is being imported.
+It answers Ctrl-C while the command line itself is being imported. To be told to end is the same, so that what ``kill``,
+a cluster or a shutdown ends saves what is done and leaves no worker behind.
 """
 
 import gc
@@ -19,12 +20,14 @@ def main() -> None:
     """Import the command line and run it; Ctrl-C ends it with exit status 130 at any moment."""
     gc.set_threshold(_NEW_OBJECTS)
     before = signal.signal(signal.SIGINT, _stopped)
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     from bayesub.cli import app
 
     signal.signal(signal.SIGINT, before)
     try:
         app.main()
     finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt
 
 

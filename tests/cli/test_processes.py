@@ -31,6 +31,36 @@ INTERRUPTIONS = int(os.environ.get("BAYESUB_INTERRUPTIONS", "2"))
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()"]
 
 
+LONG = '''"""Does it end?
+
+Question: does it?
+Claim: it does.
+"""
+
+import time
+from functools import partial
+from pathlib import Path
+
+
+def compute(run):
+    return {"numbers": run.repeat("hours", partial(wait, str(Path(__file__).parent)), 2)}
+
+
+def wait(folder, k):
+    (Path(folder) / str(k)).touch()
+    time.sleep(3600.0)
+    return k
+
+
+def draw(run, numbers):
+    pass
+
+
+def claims(numbers):
+    yield True, ""
+'''
+
+
 class Run:
     """`bayesub run` as a process."""
 
@@ -117,19 +147,38 @@ def test_a_life_of_accidents_ends_with_the_same_bits(small, tmp_path):
     np.testing.assert_array_equal(resumed.chain, whole.chain)
 
 
+@pytest.mark.parametrize("word", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("moment", range(INTERRUPTIONS))
-def test_ctrl_c_is_one_line_at_any_moment(small, tmp_path, moment):
+def test_ctrl_c_and_kill_are_one_line_at_any_moment(small, tmp_path, moment, word):
     """During imports, while compiled code runs, anywhere: exit status 130, and what to do next."""
     rng = np.random.default_rng([690, moment, INTERRUPTIONS])
     started = Run(small, "-o", tmp_path / "run")
     time.sleep(rng.uniform(0.1, 1.0 if moment % 2 == 0 else 5.0))
-    started.process.send_signal(signal.SIGINT)
+    started.process.send_signal(word)
     status, err = started.end()
     if status == 0:  # it had come to its end
         assert err == ""
         return
     assert (status, err.strip().count("\n")) == (130, 0), err  # the first line may be empty, after the ^C of a terminal
     assert "run the same command again" in err or "--resume" in err
+
+
+def test_no_worker_outlives_a_run_that_is_told_to_end(tmp_path):
+    """Pieces that take an hour are not gone on with."""
+    script = tmp_path / "long.py"
+    script.write_text(LONG)
+    started = Run(script, "-o", tmp_path / "run", start_new_session=True, env=os.environ | {"NUMBA_NUM_THREADS": "2"})
+    started.wait_for(tmp_path / "1")
+    started.process.send_signal(signal.SIGTERM)
+    status, err = started.end()
+    assert (status, err.strip().endswith("--resume")) == (130, True)
+    for _ in range(100):  # what loky keeps books with ends after it
+        try:
+            os.killpg(started.process.pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    pytest.fail("processes of the run are left")
 
 
 def test_a_place_that_cannot_be_written_is_one_line(small):
