@@ -5,7 +5,7 @@ truth at a rank that is uniform, and do its 50, 90 and 95 % intervals hold it 50
 Claim: yes, for the horizontal spiral tracked, for the same with rounded readings, and for twelve coefficients in six
 degrees of freedom: no ECDF of ranks leaves a simulated band that one study in a hundred leaves by chance. A likelihood
 that takes the noise for a third smaller than it is fails the same test.
-Cost: half an hour a problem on two cores. A killed run continues with --resume after the last trial.
+Cost: a quarter of an hour a problem on two cores. A killed run continues with --resume after the last trial.
 
 A boat drawn from the prior that does not complete the manoeuvre is drawn again.
 """

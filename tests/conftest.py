@@ -27,7 +27,7 @@ RENDER = style.save
 def pytest_addoption(parser):
     """Options: to write the sentences of refusals again, and to run a tenth of the tests."""
     parser.addoption("--sentences", action="store_true", help="write tests/sentences.json again; with -n 0")
-    parser.addoption("--part", type=int, choices=range(10), help="only a tenth of the files, by their names, as CI does")
+    parser.addoption("--part", type=int, choices=range(10), help="only a tenth of the files, by name, as CI does")
 
 
 def pytest_collection_modifyitems(config, items):

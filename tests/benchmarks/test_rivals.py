@@ -60,6 +60,7 @@ def test_right_hand_side_is_packed(simulator):
     assert bits >= 256
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [1.0, 0.1])
 def test_one_boat_at_a_time_flies_the_same_track(step):
     simulator = spiral(step)

@@ -17,6 +17,7 @@ def soon(monkeypatch):
     monkeypatch.setattr("bayesub.design.plan.N_JUDGED", 20)
 
 
+@pytest.mark.slow
 def test_promises_are_those_of_the_sums(bayesub, finished, tmp_path):
     """A tank value by the variance of the draws; a trial again halves it; what is promised is never worse than now."""
     folder = finished()

@@ -195,6 +195,7 @@ def test_a_history_that_comes_with_the_turns_is_largest_there(results):
     assert disturbances._axes(level)[0]["largest"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.rendered
 def test_each_trial_of_several_has_its_own_figure(tmp_path):
     joint = JointProblem({"first": posed(1), "second": posed(2)})

@@ -105,6 +105,7 @@ def test_scores_are_those_of_generalised_least_squares(scored, rng):
     assert one.information[:2, :2] == pytest.approx(exact, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_random_histories_follow_no_regressor_more_often_than_said(scored, rng):
     p_values = [scored([0.0] * 4, rng)[1].p_value() for _ in range(100)]
     assert stats.kstest(p_values, "uniform").pvalue > 1e-3

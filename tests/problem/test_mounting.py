@@ -171,6 +171,7 @@ def trials(auv, circle):
     return trial
 
 
+@pytest.mark.slow
 def test_errors_are_as_large_as_they_are_said_to_be(trials):
     """Over boats and offsets drawn from the prior, errors of the mode in posterior sds are standard normal."""
     errors = []

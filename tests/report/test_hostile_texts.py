@@ -61,6 +61,7 @@ def tags(kind, text):
     return {e.tag for e in root.iter() if not re.match("[xyzkmn][A-Z]", e.tag)}
 
 
+@pytest.mark.slow
 @each
 @given(text=texts)
 def test_python_has_one_function_of_assignments_and_matlab_one_assignment_a_line(text):

@@ -76,6 +76,7 @@ def test_the_mode_does_not_depend_on_the_start(unstable):
         assert continuation(unstable, start).costs[0] == pytest.approx(mode.costs[0], abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_search_of_a_run_continues_where_starts_disagree(tmp_path, monkeypatch):
     """The posterior mode that samplers begin from is that of continuation; the guesses are 70 % off."""
     problem = posed(tmp_path, 2.5, 0.7)

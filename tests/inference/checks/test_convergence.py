@@ -202,6 +202,7 @@ def test_what_is_not_finite_is_left_out(draws):
     assert largest_jump(Cliff(5.0), draws, np.random.default_rng(1)) > 3.0
 
 
+@pytest.mark.slow
 def test_jumps_are_lower_with_shorter_steps(monkeypatch):
     """Of a force with sg(w), in the normal approximation of a posterior that rounded and precise readings make."""
     found = []

@@ -34,6 +34,7 @@ def posed(tracks, suboff, seed, adrift=None, current=None):
     return JointProblem(problems)
 
 
+@pytest.mark.slow
 def test_a_right_model_predicts_as_well_as_it_says(tracks, suboff):
     """Over fifteen predictions: p-values anywhere, chi-squares about one, 90 % intervals that hold nine in ten."""
     found = [

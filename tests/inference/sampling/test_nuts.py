@@ -171,6 +171,7 @@ class Stepped(Linear):
         return super().log_likelihood(parameters) - np.count_nonzero(np.atleast_2d(parameters) > 0.0, axis=1)
 
 
+@pytest.mark.slow
 def test_jumps_that_no_gradient_shows_do_not_stop_nuts():
     """Means and variances are right, for the gradients that a smooth density takes and not hundreds a draw."""
     _nutpie_or_skip()

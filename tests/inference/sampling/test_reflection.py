@@ -120,6 +120,7 @@ def test_the_check_fails_for_walls_that_swallow_momentum(within, monkeypatch):
     assert disagreement(bent.flown(bent.bent(x))[0], covariance) > 2 * LIMIT
 
 
+@pytest.mark.slow
 def test_the_check_fails_for_trajectories_that_begin_at_their_start(within, monkeypatch):
     """Negative control: without its random place on the trajectory a flight is not reversible."""
     x, covariance = within

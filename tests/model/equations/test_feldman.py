@@ -111,6 +111,7 @@ def test_accelerations_are_those_of_the_slow_equations_at_the_same_points(rng):
     assert largest_error(bs.accelerations(vehicle, states, controls, rpm), expected) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOATS)
 def test_accelerations_are_those_of_the_fine_integrals(name, rng):
     boat, vehicle = content(name), bs.load_vehicle(name)

@@ -147,6 +147,7 @@ def test_a_current_carries_the_boat_and_turns_it_nowhere(run, tmp_path, bayesub)
     assert "a known current of 0.3 m/s to the north and -0.7 m/s to the east" in page
 
 
+@pytest.mark.slow
 def test_under_an_autopilot_each_draw_is_steered_by_its_own_motion(run, tmp_path, bayesub):
     """The bands are those of draws that are flown one by one; the heading is known where the prior knows nothing."""
     (tmp_path / "pilot.toml").write_text(PILOT)

@@ -54,6 +54,7 @@ def test_a_mode_that_fits_is_not_spoken_of(tmp_path, few_figures):  # noqa: ARG0
     assert mode["values"].keys() == {"Xuu", "Yuv", "Nuv", "Yuu_dr"}
 
 
+@pytest.mark.slow
 def test_a_missing_current_is_named_before_sampling(tmp_path, few_figures):  # noqa: ARG001
     """The sentence comes in the stage of sampling, with a study that has the lines to add, and the run goes on."""
     remarks = Remarks()
@@ -175,6 +176,7 @@ def stamped(log, late):
     return columns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", [6.0, -8.0])
 def test_readings_with_another_clock_than_the_controls_are_named(tmp_path, late):
     """By how much, before anything is sampled; with that offset the log is sampled."""

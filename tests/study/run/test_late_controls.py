@@ -88,6 +88,7 @@ def percent(path, controls, nuisance=None):
     return prepare(load_study(path))
 
 
+@pytest.mark.slow
 def test_a_rudder_in_counts_from_a_guess(tmp_path):
     """Eight logs of a rudder in counts whose zero and scale nobody knows: truths come out, and blind fits do not.
 

@@ -180,6 +180,7 @@ def test_a_check_and_a_trial_have_different_names(bayesub, folder):
     refusals.check(bayesub.error, "conflict")
 
 
+@pytest.mark.slow
 @pytest.mark.rendered
 def test_a_run_predicts_and_says_so_at_the_end(bayesub, folder, draw_only):
     draw_only("prediction_other")
@@ -202,6 +203,7 @@ def test_a_run_predicts_and_says_so_at_the_end(bayesub, folder, draw_only):
     assert json.loads((run / "numbers.json").read_text())["predictions"] == [other]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_figures")
 def test_a_fit_that_is_accepted_and_does_not_predict_ends_with_that_verdict(bayesub, folder):
     """The rudder of the other log has another zero."""
