@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,36 +30,6 @@ pytestmark = pytest.mark.slow
 
 INTERRUPTIONS = int(os.environ.get("BAYESUB_INTERRUPTIONS", "2"))
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()"]
-
-
-LONG = '''"""Does it end?
-
-Question: does it?
-Claim: it does.
-"""
-
-import time
-from functools import partial
-from pathlib import Path
-
-
-def compute(run):
-    return {"numbers": run.repeat("hours", partial(wait, str(Path(__file__).parent)), 20)}
-
-
-def wait(folder, k):
-    (Path(folder) / str(k)).touch()
-    time.sleep(3600.0)
-    return k
-
-
-def draw(run, numbers):
-    pass
-
-
-def claims(numbers):
-    yield True, ""
-'''
 
 
 class Run:
@@ -165,10 +136,23 @@ def test_ctrl_c_and_kill_are_one_line_at_any_moment(small, tmp_path, moment, wor
 
 def test_no_worker_outlives_a_run_that_is_told_to_end(tmp_path):
     """Pieces that take an hour are not gone on with."""
-    script = tmp_path / "long.py"
-    script.write_text(LONG)
-    started = Run(script, "-o", tmp_path / "run", start_new_session=True, env=os.environ | {"NUMBA_NUM_THREADS": "2"})
-    started.wait_for(tmp_path / "1")
+    marks, script = tmp_path / "marks", tmp_path / "long.py"
+    marks.mkdir()
+    script.write_text(
+        f'''"""Does it end?"""
+from functools import partial
+from support import pieces
+def compute(run):
+    return {{"numbers": run.repeat("pieces", partial(pieces.counted, {str(marks)!r}, 3600.0), 20)}}
+def draw(run, numbers): ...
+def claims(numbers): yield True, ""
+'''
+    )
+    env = os.environ | {"NUMBA_NUM_THREADS": "2", "PYTHONPATH": str(Path(__file__).parents[1])}
+    started = Run(script, "-o", tmp_path / "run", start_new_session=True, env=env)
+    while not any(marks.iterdir()):
+        assert started.process.poll() is None, started.process.stderr.read()
+        time.sleep(0.005)
     started.process.send_signal(signal.SIGTERM)
     status, err = started.end()
     assert (status, err.strip().count("\n"), err.strip().endswith("--resume")) == (130, 0, True), err
