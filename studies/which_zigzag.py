@@ -36,6 +36,7 @@ from kvlcc2.trials import CIRCLES, COLUMNS, FITTED, ROW_S, ZIGZAGS, Tanker, file
 SEED = 1
 MOST_EXECUTES, START_S = 100, 1.0  # as many as the basin has room for; when the rudder is put
 CLOSE, SHARE, FIRST = 0.2, 0.9, 3
+WAYS = ("promised", "reached")
 MEASURES = [(side, key) for key in circles.MEASURES for side in CIRCLES]
 FIGURES = {
     "which_zigzag": "Intervals of 90 % of MARIN's turning circles after one more zig-zag, over those of before: as "
@@ -109,7 +110,7 @@ def compute(run):
     tanker = Tanker(Path(folder))
     run.progress.stage("fit the four")
     mode = fits.mode(tanker, FITTED)
-    ways = {"promised": Planned(Path(folder), mode), "reached": tanker}
+    ways = dict(zip(WAYS, (Planned(Path(folder), mode), tanker), strict=True))
     numbers = {"before": circles_of(tanker, mode), "after": {}}
     for name in ZIGZAGS:
         run.progress.stage(title(name))
@@ -136,52 +137,62 @@ def circles_of(tanker, mode):
     return result | {"status": mode.statuses[0]}
 
 
-def left(numbers, name, way, measures=MEASURES):
-    """Widths of the intervals of measures after a zig-zag, over those of before."""
+def left(numbers, after, measures=MEASURES):
+    """Widths of the intervals of measures, over those of before."""
     widths = [
-        [content[side][key]["high"] - content[side][key]["low"] for side, key in measures]
-        for content in (numbers["after"][name][way], numbers["before"])
+        [one[side][key]["high"] - one[side][key]["low"] for side, key in measures] for one in (after, numbers["before"])
     ]
     return np.divide(*widths)
 
 
 def judged(numbers):
-    """The zig-zag that promises most, and how the promises are kept."""
-    promised, reached = (
-        {name: float(np.mean(left(numbers, name, way))) for name in ZIGZAGS} for way in ("promised", "reached")
-    )
+    """The zig-zag that promises most, how the promises are kept, and what all nine leave together."""
+    shares = {way: {name: left(numbers, numbers["after"][name][way]) for name in ZIGZAGS} for way in WAYS}
+    promised, reached = ({name: float(np.mean(values)) for name, values in shares[way].items()} for way in WAYS)
     best = min(promised, key=promised.get)
-    place = sorted(reached, key=reached.get).index(best) + 1
-    kept = np.concatenate([left(numbers, name, "reached") / left(numbers, name, "promised") for name in ZIGZAGS])
-    close = int(np.sum(np.abs(kept - 1.0) < CLOSE))
-    correlation = float(spearmanr(list(promised.values()), list(reached.values())).statistic)
-    of_best = {"name": best, "words": title(best), "promised": promised[best], "reached": reached[best], "place": place}
-    return {"best": of_best, "kept": {"n": kept.size, "close": close, "rank_correlation": correlation}}
+    kept = np.concatenate([shares["reached"][name] / shares["promised"][name] for name in ZIGZAGS])
+    return {
+        "best": {
+            "words": title(best),
+            "promised": promised[best],
+            "reached": reached[best],
+            "place": sorted(reached, key=reached.get).index(best) + 1,
+            "error": off(numbers["after"][best]["reached"]),
+        },
+        "kept": {
+            "n": kept.size,
+            "close": int(np.sum(np.abs(kept - 1.0) < CLOSE)),
+            "rank_correlation": float(spearmanr(list(promised.values()), list(reached.values())).statistic),
+        },
+        "together": {"reached": float(np.mean(left(numbers, numbers["all"]))), "error": off(numbers["all"])},
+        "now": {"error": off(numbers["before"])},
+    }
 
 
-def off(content, measures=MEASURES):
+def off(content):
     """Mean size of the errors of circles, of the tests."""
-    return float(
-        np.mean([abs(content[side][key]["value"] / content[side][key]["test"] - 1.0) for side, key in measures])
-    )
+    found = [content[side][key] for side, key in MEASURES]
+    return float(np.mean([abs(one["value"] / one["test"] - 1.0) for one in found]))
 
 
 def draw(run, numbers):
     """What each zig-zag promises and leaves."""
-    order = sorted(ZIGZAGS, key=lambda name: -np.mean(left(numbers, name, "promised")))
-    looks = {"promised": {"mfc": "none", "ms": 8}, "reached": {"ms": 5}}
+    order = sorted(ZIGZAGS, key=lambda name: -np.mean(left(numbers, numbers["after"][name]["promised"])))
+    looks = dict(zip(WAYS, ({"mfc": "none", "ms": 8}, {"ms": 5}), strict=True))
     with style.figure(run.figure("which_zigzag"), 8.3, 3.6) as figure:
         panels = figure.subplots(1, 3, sharey=True)
         for panel, key in zip(panels, circles.MEASURES, strict=False):
             for way, look in looks.items():
-                shares = [np.mean(left(numbers, name, way, [(side, key) for side in CIRCLES])) for name in order]
+                shares = [share(numbers, name, way, key) for name in order]
                 panel.plot(100.0 * np.array(shares), range(len(order)), "o", color=style.POSTERIOR, label=way, **look)
             panel.axvline(100.0, color=style.TRUTH, lw=0.8)
             panel.set_xlabel(f"interval of {key.removesuffix('_m')} (% of before)")
         after = [100.0 * off(numbers["after"][name]["reached"]) for name in order]
         panels[2].plot(after, range(len(order)), "D", color=style.READINGS, ms=5)
-        for key, words, line in (("before", "the four", "-"), ("all", "all thirteen", "--")):
-            panels[2].axvline(100.0 * off(numbers[key]), color=style.TRUTH, lw=0.8, ls=line, label=f"error by {words}")
+        for key, words, line in (("now", "the four", "-"), ("together", "all thirteen", "--")):
+            panels[2].axvline(
+                100.0 * numbers[key]["error"], color=style.TRUTH, lw=0.8, ls=line, label=f"error by {words}"
+            )
         panels[2].set_xlabel("mean error of the circles (%)")
         panels[0].set_yticks(range(len(order)), [title(name) for name in order])
         panels[1].sharex(panels[0])
@@ -190,15 +201,20 @@ def draw(run, numbers):
     run.page(table(numbers, order[::-1]))
 
 
+def share(numbers, name, way, key):
+    """The interval of a measure after a zig-zag, over that of before, mean of both sides."""
+    return float(np.mean(left(numbers, numbers["after"][name][way], [(side, key) for side in CIRCLES])))
+
+
 def table(numbers, order):
     """A row a zig-zag, in the order of what they promise."""
     yield "Intervals of 90 % of advance and tactical diameter of MARIN's circles with 35 degrees of rudder, means of"
     yield "both sides, in per cent of those that the four zig-zags leave: as promised -> as the test leaves them. Mean"
-    yield f"errors of the circles: {off(numbers['before']):.1%} by the four, {off(numbers['all']):.1%} by all.\n"
+    now, together = numbers["now"]["error"], numbers["together"]["error"]
+    yield f"errors of the circles: {now:.1%} by the four, {together:.1%} by all.\n"
 
     def shares(name, key):
-        measures = [(side, key) for side in CIRCLES]
-        return " -> ".join(f"{np.mean(left(numbers, name, way, measures)):.0%}" for way in ("promised", "reached"))
+        return " -> ".join(f"{share(numbers, name, way, key):.0%}" for way in WAYS)
 
     cells = {"one more": title}
     cells |= {key.removesuffix("_m"): partial(shares, key=key) for key in circles.MEASURES}
