@@ -7,7 +7,7 @@ noise, a search leaves more than half of them further off than they began, elsew
 decides it beyond its own 95 % interval, and the three of a quick run must not contradict it beyond theirs. Trust-region
 least squares with exact Jacobians on the same tracks finds the true coefficients, and so do linear programming and
 linear algebra, until there is noise: the level at which each coefficient is lost is given. Xuu is always found.
-Cost: about six minutes; finished cases are read back from their files.
+Cost: a quarter of an hour; finished cases are read back from their files.
 
 The track is sampled every second and weighted ten-fold, for the thesis's every 0.1 s: times scale with length over
 speed. Starts are uniform within 10 % of the truth and bounds 75 %; coefficients that are zero and the added masses that

@@ -7,7 +7,7 @@ Claim: of the 101 coefficients the forces of a usual tank determine 92, with con
 nine multiply two rates of rotation and need a hexapod or a rotary balance. Ten runs that are chosen for a free trial
 make more coefficients known to 5 % together with it than sixty at random without it. Where they are the prior of a free
 trial, 90 % intervals hold 87 to 93 % of the coefficients of boats of the prior.
-Cost: ten minutes on two cores.
+Cost: a quarter of an hour on two cores.
 
 Forces at a prescribed motion are linear in the coefficients: the posterior of a table of runs is exact, without a
 simulation. The balance errs by one per cent of the largest force of an axis, a tank makes ten runs an hour, the free

@@ -41,9 +41,9 @@ SHARES = (0.0, 0.005, 0.015, 0.05)
 N_BOATS, QUICK_BOATS = 100, 2  # of each set of sensors, dealt to the shares one after the other
 N_WRONG = 12
 N_STRANGERS = 10  # boats of another simulator, which are sampled
-# Quick: only the beginning of the log is flown and fitted, and few steps are enough.
+# Quick: only the beginning of a trial is flown and fitted, and few steps of a stranger are enough.
 QUICK_S, ENOUGH = (
-    30.0,
+    20.0,
     {"max_steps": 100, "n_walkers": 4, "criteria": bs.Criteria(rhat=2.0, ess=10.0, taus=1.0, false_alarms=1e-9)},
 )
 NEVER = 2000  # steps, after which noise only is given up: with a likelihood so narrow it had not converged in 20,000
@@ -89,29 +89,29 @@ With forces of 1.5 % of the hull's, 90 % intervals that know only noise hold the
 
 def compute(run):
     """Ranks, errors and widths of every boat by likelihood, for each set of sensors and each wrong process."""
-    n = QUICK_BOATS if run.quick else N_BOATS
+    n, duration_s = (QUICK_BOATS, QUICK_S) if run.quick else (N_BOATS, np.inf)
     trials = {}
     for sensors in SENSORS:
         run.progress.stage(sensors)
-        trials[sensors] = run.repeat(sensors, partial(boat, sensors), n)
+        trials[sensors] = run.repeat(sensors, partial(boat, sensors, duration_s), n)
     for name in WRONG:
         run.progress.stage(name)
         file = name.replace(" ", "_")
-        trials[name] = run.repeat(file, partial(wrong_boat, name), 1 if run.quick else N_WRONG)
+        trials[name] = run.repeat(file, partial(wrong_boat, name, duration_s), 1 if run.quick else N_WRONG)
     run.progress.stage("strangers")
     work = partial(stranger, QUICK_S, ENOUGH) if run.quick else partial(stranger, strangers.DURATION_S, {})
     trials[tables.STRANGERS] = run.repeat("strangers", work, 1 if run.quick else N_STRANGERS)
     numbers = tables.summaries(trials, SHARES, np.random.default_rng(SEED))
     run.progress.stage("cost of sampling")
-    costs = run.repeat("cost", cost_of_knots, 1 if run.quick else len(KNOTS))
+    costs = run.repeat("cost", partial(cost_of_knots, duration_s), 1 if run.quick else len(KNOTS))
     return {"trials": numbers, "cost": costs, "sampled": tables.sampling(trials[tables.STRANGERS])}
 
 
-def cost_of_knots(k):
+def cost_of_knots(duration_s, k):
     """What sampling takes with so many knots on three axes, and 26 parameters besides."""
     rng = np.random.default_rng([SEED, 10])
     truth = Truth(SHARES[2], TIME_S)
-    trials = DisturbedTrials("auv690", SENSORS["log"], PRIOR_SD)
+    trials = DisturbedTrials("auv690", SENSORS["log"], PRIOR_SD, duration_s)
     _, record, _ = trials.boat_and_record(truth, STEP["log"] / FINER, rng)
     interval = trials.manoeuvre.duration / (KNOTS[k] - 1)
     disturbance = replace(trials.known(truth), knot_interval_s=interval)
@@ -141,11 +141,11 @@ def stranger(duration_s, options, k):
     return result
 
 
-def boat(sensors, k):
+def boat(sensors, duration_s, k):
     """What each likelihood makes of the trial of one boat."""
     rng = np.random.default_rng([SEED, list(SENSORS).index(sensors), k])
     truth = Truth(SHARES[k % len(SHARES)], TIME_S)
-    trials = DisturbedTrials("auv690", SENSORS[sensors], PRIOR_SD)
+    trials = DisturbedTrials("auv690", SENSORS[sensors], PRIOR_SD, duration_s)
     step = STEP[sensors]
     xi, record, n_failed = trials.boat_and_record(truth, step / FINER, rng)
     pose = partial(trials.problem, record, dt=step)
@@ -168,11 +168,11 @@ def boat(sensors, k):
     return result
 
 
-def wrong_boat(name, k):
+def wrong_boat(name, duration_s, k):
     """What noise alone, and an inferred process, make of a boat with other forces, or in a current that varies."""
     rng = np.random.default_rng([SEED, 2 + list(WRONG).index(name), k])
     truth = WRONG[name]
-    trials = DisturbedTrials("auv690", SENSORS["log"], PRIOR_SD)
+    trials = DisturbedTrials("auv690", SENSORS["log"], PRIOR_SD, duration_s)
     xi, record, n_failed = trials.boat_and_record(truth, STEP["log"] / FINER, rng)
     pose = partial(trials.problem, record, truth.removed, dt=STEP["log"])
     plain = pose()

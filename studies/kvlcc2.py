@@ -10,9 +10,9 @@ set follows that model was chosen by leaving out single zig-zags of HSVA; MARIN'
 were chosen. The 90 % bands of the posterior of four zig-zags hold 75 to 99 % of the readings of HSVA's other runs.
 Where the rudder reverses at a heading of one degree, and with ten degrees of rudder at five, a tenth of a degree of
 rudder turns the heading by more than five.
-Cost: ten minutes; the posterior of thirteen is its normal approximation. The data are not ours to give: the
-environment variable BAYESUB_KVLCC2 names a folder with HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it
-the study is skipped, and with --quick too.
+Cost: over an hour, most of it to leave one zig-zag out at a time; the posterior of thirteen is its normal
+approximation. The data are not ours to give: the environment variable BAYESUB_KVLCC2 names a folder with
+HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it the study is skipped, and with --quick too.
 """
 
 import os

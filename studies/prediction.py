@@ -6,7 +6,7 @@ with errors of the same size, or in between. It flies 50 identified sets on 100 
 Claim: in between. Identified sets predict better than random sets within 10 % and far worse than they reproduce their
 own manoeuvre, and the set matters more than the manoeuvre. The posterior of a noisy track of that manoeuvre knows how
 far off its predictions are: its 90 % bands hold the truth about 90 % of the time.
-Cost: minutes, most of them for three posteriors, which are kept.
+Cost: twenty minutes, most of them for three posteriors, which are kept.
 """
 
 from functools import partial

@@ -4,7 +4,7 @@ Question: the thesis draws the costs of 50 identified sets on 100 unseen manoeuv
 and finds that single sets follow no order (Figures 75-78, 82, 115, 118-126; costs of Tables 30-32).
 Claim: the set explains more of the variance of log costs than the manoeuvre; but single sets do follow the order, of
 the ten of each boat that vary most and least all but one at the most.
-Cost: a quarter of an hour, nearly all of it searches.
+Cost: twenty minutes, nearly all of it searches.
 
 Sets and manoeuvres are those of the study `prediction`. Costs and positions are those of a boat as long as suboff.
 """

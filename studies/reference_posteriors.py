@@ -4,7 +4,7 @@ Question: posteriordb has 45 posteriors with 10,000 nearly independent draws of 
 differential equations, Gaussian processes, mixtures. Does the sampler find their means, sds and quantiles, and what
 does an effective sample cost beside NUTS (nutpie) on the same density?
 Claim: in at least 43 of them all moments agree within four standard errors of both.
-Cost: a quarter of an hour on one core, most of it nutpie's. The data are of a clone of github.com/stan-dev/posteriordb
+Cost: twenty-five minutes on one core, most of them nutpie's. The data are of a clone of github.com/stan-dev/posteriordb
 that the environment variable BAYESUB_POSTERIORDB names; without it, and with --quick, only the three are drawn whose
 data are with us.
 

@@ -6,7 +6,7 @@ noise and before its test is looked at, and fitted together with the four: what 
 diameter would then be is its promise. Then the test is fitted in its place.
 Claim: the zig-zag that promises most is one of the three that narrow the intervals most when they are run, and the
 intervals that the tests leave are within a fifth of the promised ones for nine in ten of the measures.
-Cost: five minutes, of normal approximations at posterior modes. The data are not ours to give: the environment variable
+Cost: two minutes, of normal approximations at posterior modes. The data are not ours to give: the environment variable
 BAYESUB_KVLCC2 names a folder with HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it the study is
 skipped, and with --quick too.
 

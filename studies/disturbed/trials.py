@@ -1,7 +1,7 @@
 """Trials of boats that are pushed by what the equations leave out, and what different likelihoods make of them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -75,11 +75,15 @@ class DisturbedTrials:
     sensors : sequence of Sensor
     prior_sd : float
         Of the coefficients, relative to the vehicle's.
+    duration_s : float, optional
+        After which the manoeuvre is broken off.
     """
 
-    def __init__(self, vehicle: str, sensors, prior_sd: float):
+    def __init__(self, vehicle: str, sensors, prior_sd: float, duration_s: float = np.inf):
         self.boat, self.sensors, self.prior = load_vehicle(vehicle), sensors, priors.relative_normal(prior_sd)
-        self.manoeuvre = load_manoeuvre("horizontal", self.boat)
+        whole = load_manoeuvre("horizontal", self.boat)
+        n = np.searchsorted(whole.times, duration_s, side="right")
+        self.manoeuvre = replace(whole, times=whole.times[:n], controls=whole.controls[:n], rpm=whole.rpm[:n])
         self.free = [name for name in HORIZONTAL if self.boat.xi[self._place(name)] != 0.0]
 
     def _place(self, name) -> int:

@@ -7,8 +7,10 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import SILENT, duration
 from bayesub.report.markdown import table
 from bayesub.study.run import runs
+from bayesub.study.run.run_folder import TimedProgress
 from thesis import counterparts
 from thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, NUMBERS, Row, TableSection
 
@@ -58,7 +60,18 @@ def page(folder: Path) -> str:
     compared = {study for s in sections.values() for study in (s.study, *(entry.study for entry in s.rows))}
     others = _others(folder, compared | {file.partition("/")[0] for file in content.figures.values()}, content.beyond)
     lines += ["", "## Beyond the thesis", "", *table(("study", "takes further", "question"), others)]
+    lines += ["", "## How long the runs took", "", *_times(folder)]
     return "\n".join(lines) + "\n"
+
+
+def _times(folder: Path) -> list[str]:
+    """The time of each run whose seconds are in its folder, the longest first, four in a row, and their sum."""
+    seconds = {file.parent.name: TimedProgress(file.parent, SILENT).before for file in folder.glob("*/config.toml")}
+    known = sorted((item for item in seconds.items() if item[1]), key=lambda item: -item[1])
+    cells = [f"{name}: {duration(time)}" for name, time in known]
+    cells += [""] * (-len(cells) % 4)
+    words = f"{len(known)} of {len(seconds)} runs: {duration(sum(time for _, time in known))} together, on two cores."
+    return [words, "", *table([""] * 4, np.reshape(cells, (-1, 4)))]
 
 
 def _is_run(folder: Path, study: str) -> bool:

@@ -193,6 +193,7 @@ def test_a_study_is_picked_up_when_it_has_run(tmp_path):
     for name in ("wrong_coefficients", "towing"):
         planted(tmp_path, name, {})
         (tmp_path / name / "config.toml").write_text(f'question = "Why {name}?"\n')
+    (tmp_path / "towing" / "seconds.json").write_text('{"seconds": 3720}')
     command = Path(page.__file__).parent
     done = subprocess.run([sys.executable, command, tmp_path], capture_output=True, text=True, check=True)
     assert done.stdout == f"beside the thesis: {tmp_path / 'README.md'}\n"
@@ -201,6 +202,8 @@ def test_a_study_is_picked_up_when_it_has_run(tmp_path):
     assert "| 2, " in text
     assert "| [wrong_coefficients](wrong_coefficients) |" in text
     assert "| [towing](towing) |  | Why towing? |" in text
+    assert "1 of 2 runs: 1 h 02 min together, on two cores." in text
+    assert "| towing: 1 h 02 min |  |  |  |" in text
 
 
 def test_a_folder_without_the_thesiss_studies_and_another_readme_are_left_alone(tmp_path):

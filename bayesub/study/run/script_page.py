@@ -9,9 +9,11 @@ from types import ModuleType
 from bayesub.findings.equation_card import glossary
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
+from bayesub.io.terminal import SILENT, duration
 from bayesub.model.equations import load_equations
 from bayesub.report import markdown
 from bayesub.report.markdown import StudyPage
+from bayesub.study.run.run_folder import TimedProgress
 
 PARTS = ("Question", "Claim", "Cost")  # of a docstring, each beginning a line
 
@@ -29,6 +31,7 @@ def write(
     first, parts, rest = docstring_parts(module.__doc__ or "")
     equations = getattr(module, "GLOSSARY", None)
     files = [file.name for file in sorted(folder.glob("*.png"))]
+    seconds = TimedProgress(folder, SILENT).before
     page = StudyPage(
         name=config["name"],
         question=first,
@@ -40,7 +43,7 @@ def write(
         tables=tables,
         method=rest,
         coefficients=glossary(load_equations(equations)) if equations else (),
-        cost=parts["Cost"],
+        cost=f"{parts['Cost']} This run took {duration(seconds)}." if seconds else parts["Cost"],
         code=code(config),
     )
     write_text(folder / f"{config['name']}.md", page.text())
@@ -86,11 +89,8 @@ def captioned(files: list[str], captions: Mapping[str, str]) -> dict[str, str]:
 
 def code(config: dict) -> str:
     """The digests of script and sources that made a run, and their versions."""
-    words = []
-    if "script_sha256" in config:
-        words.append(f"script {config['script_sha256'][:12]}")
-    if "sources_sha256" in config:
-        words.append(f"sources of bayesub {config['sources_sha256'][:12]}")
+    digests = {"script_sha256": "script", "sources_sha256": "sources of bayesub"}
+    words = [f"{what} {config[key][:12]}" for key, what in digests.items() if key in config]
     if config.get("commit", "unknown") != "unknown":
         words.append(f"commit {config['commit']}")
     words += [f"{name} {version}" for name, version in config.get("versions", {}).items()]

@@ -52,6 +52,7 @@ def test_the_page_of_a_script_and_its_place_in_the_gallery(tmp_path):
     run = tmp_path / "mine"
     run.mkdir()
     (run / "config.toml").write_text('name = "mine"\nquestion = "Is it so?"\nscript_sha256 = "f"\n')
+    (run / "seconds.json").write_text('{"seconds": 754.2}')
     for name in ("b_picture", "a_picture"):
         (run / f"{name}.png").write_bytes(b"")
     module = SimpleNamespace(
@@ -72,7 +73,7 @@ def test_the_page_of_a_script_and_its_place_in_the_gallery(tmp_path):
         "**Answer.** 2.0 m.",
     )
     order += ("![First picture](b_picture.png)", "![A picture](a_picture.png)", "| x |", "`bayesub.simulate`")
-    order += ("| $N'_{uv}$ | `Nuv` | `u*v` |", "Seconds.", "Made by script ffffffffffff, python 3.11.")
+    order += ("| $N'_{uv}$ | `Nuv` | `u*v` |", "Seconds. This run took 12 min 34 s.", "Made by script ffffffffffff, python 3.11.")
     places = [text.index(words) for words in order]
     assert places == sorted(places)
     assert "<b>" not in text
