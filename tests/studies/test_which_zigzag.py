@@ -1,5 +1,6 @@
 """Ordered zig-zags of the tanker, and what is said of promises."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ import bayesub as bs
 import which_zigzag as study
 from bayesub.inference.baselines import Estimate
 from kvlcc2.trials import CIRCLES, FOLDER, ZIGZAGS
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_an_ordered_zigzag_goes_to_starboard_and_back_at_its_heading() -> None:
@@ -25,6 +28,13 @@ def test_an_ordered_zigzag_goes_to_starboard_and_back_at_its_heading() -> None:
     assert len(reversals) > 4
     executed = np.interp(times[reversals] - 20.0 / 15.8, times, yaw)
     np.testing.assert_allclose(executed, 5.0 * (-1.0) ** np.arange(len(reversals)), atol=0.5)
+
+
+@pytest.mark.skipif(not (ROOT / "figures").is_dir(), reason="figures are not part of a source distribution")
+def test_the_zigzag_that_readme_and_manual_name_is_that_of_the_numbers() -> None:
+    best = json.loads((ROOT / "figures" / "which_zigzag" / "numbers.json").read_text())["best"]["words"]
+    pages = (ROOT / "README.md", *(ROOT / "bayesub/manual" / name for name in ("design.md", "findings.md")))
+    assert all(best in page.read_text(encoding="utf-8") for page in pages)
 
 
 def circles(width: float, off: float) -> dict:
