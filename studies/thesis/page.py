@@ -67,7 +67,7 @@ def page(folder: Path) -> str:
 def _times(folder: Path) -> list[str]:
     """The time of each run whose seconds are in its folder, the longest first, four in a row, and their sum."""
     seconds = {file.parent.name: TimedProgress(file.parent, SILENT).before for file in folder.glob("*/config.toml")}
-    known = sorted((item for item in seconds.items() if item[1]), key=lambda item: -item[1])
+    known = sorted((item for item in seconds.items() if 0.0 < item[1] < np.inf), key=lambda item: -item[1])
     cells = [f"{name}: {duration(time)}" for name, time in known]
     cells += [""] * (-len(cells) % 4)
     words = f"{len(known)} of {len(seconds)} runs: {duration(sum(time for _, time in known))} together, on two cores."

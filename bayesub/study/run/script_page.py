@@ -43,7 +43,7 @@ def write(
         tables=tables,
         method=rest,
         coefficients=glossary(load_equations(equations)) if equations else (),
-        cost=f"{parts['Cost']} This run took {duration(seconds)}." if seconds else parts["Cost"],
+        cost=parts["Cost"] + (f" This run took {duration(seconds)}." if 0.0 < seconds < 1e9 else ""),
         code=code(config),
     )
     write_text(folder / f"{config['name']}.md", page.text())

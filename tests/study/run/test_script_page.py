@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import pytest
 from support.refusals import refused
 
 from bayesub.study.run import runs, script_page
@@ -84,3 +85,14 @@ def test_the_page_of_a_script_and_its_place_in_the_gallery(tmp_path):
         '| [<img src="mine/b_picture.png" width="270" alt="mine"><br>**mine**](mine/mine.md)<br>Is it'
     )
     assert len({line.count("|") for line in lines}) == 1
+
+
+@pytest.mark.parametrize(
+    "kept", ['{"seconds": NaN}', '{"seconds": Infinity}', '{"seconds": "x"}', "{", "[1]", '{"seconds": 0}']
+)
+def test_a_page_does_not_need_the_seconds(tmp_path, kept):
+    (tmp_path / "seconds.json").write_text(kept)
+    script_page.write(tmp_path, {"name": "mine"}, SimpleNamespace(__doc__=DOCSTRING), {}, [], [])
+    text = (tmp_path / "mine.md").read_text()
+    assert "Seconds." in text
+    assert "took" not in text
