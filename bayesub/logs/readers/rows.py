@@ -101,7 +101,7 @@ def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: 
         across = (np.median(np.abs(np.diff(values))[changes]) for values in readings)
         inside = (np.median(np.abs(np.diff(values[order]))[same]) for values in readings)
         jump = any(one > JUMP * other > 0.0 for one, other in zip(across, inside, strict=True))
-        if (alternate and jump) or back[changes].any():
+        if (alternate and jump) or (back[changes].any() and back.mean() < 0.5):
             key = name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name)
             label = json.dumps(labels[0].strip()) if isinstance(labels[0], str) else f"{labels[0]:g}"
             line = f"where = {{ {key} = {label} }}"

@@ -20,6 +20,7 @@ MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and thos
 OF_WEEK = (*MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week")
 BLOCK = 100_000  # texts that are parsed at a time
 LATEST = 1e11  # s since 1970, the year 5138
+_THOUSANDS = r",(?=\d{3}(?:,\d{3})*\.)|\.(?=\d{3}(?:\.\d{3})*,)"  # of 1,234.5 and 1.234,5
 
 # What numbers count, by unit or format -> seconds in one, and their zero in seconds since 1970.
 COUNTS = {unit: (factor, 0.0) for unit, factor in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))}
@@ -85,13 +86,13 @@ def _blocks(texts: Any) -> Iterator[Any]:
 
 
 def as_numbers(column: Any) -> np.ndarray:
-    """Numbers (n,) of a column of pandas, with decimal points or commas; not a number for any other cell."""
+    """Numbers (n,) of a column of pandas, with decimal points or commas, and of truths; others are not a number."""
     import pandas as pd
 
     if column.dtype.kind not in "biuf":
-        plain = (part.astype(str).str.strip().str.replace(",", ".", regex=False) for part in _blocks(column))
-        whole = (part.replace({"True": "1", "False": "0"}) for part in plain)  # as they are without empty cells
-        column = pd.concat([pd.to_numeric(part, errors="coerce") for part in whole])
+        texts = (part.astype(str).str.strip().str.replace(_THOUSANDS, "", regex=True) for part in _blocks(column))
+        plain = (part.str.replace(",", ".", regex=False).replace({"True": "1", "False": "0"}) for part in texts)
+        column = pd.concat([pd.to_numeric(part, errors="coerce") for part in plain])
     numbers = column.to_numpy(dtype=float, na_value=np.nan)
     return np.where(np.isfinite(numbers), numbers, np.nan)
 
@@ -113,9 +114,7 @@ def _are_digits(numbers: np.ndarray) -> bool:
 
 def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: bool) -> tuple[np.ndarray, str]:
     """Times (n,) that are counted in a unit or as a format of the map, or as the numbers show, with a remark if so."""
-    low, high = np.nanquantile(
-        numbers, [0.01, 0.99], method="nearest"
-    )  # a few stamps may be damaged, and rows may come in bursts
+    low, high = np.nanquantile(numbers, [0.01, 0.99], method="nearest")  # a few may be damaged, or come in bursts
     step, mean = _step(numbers), (high - low) / (0.98 * max(len(numbers) - 1, 1))
 
     def fits(size: float, zero: float, begin: float = SPAN[0]) -> bool:

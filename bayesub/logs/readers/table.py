@@ -95,8 +95,7 @@ def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog
     return VehicleLog(path, signals, tuple(remarks), fault)
 
 
-# Heads and units of the columns 0, 1, .., a place in words, the cells as tables of pandas one after the other, and
-# remarks and what is wrong, which are known after the last.
+# Heads and units by column, a place in words, the cells in tables of pandas, and remarks and faults, known at the end.
 Table = tuple[list[str], list[str], str, Callable[[], Iterator[Any]], list[str], list[InputError]]
 
 
@@ -136,7 +135,8 @@ def _text(path: Path, progress: Progress) -> Table:
     options |= {"sep": r"\s+" if separator == " " else separator}
 
     def count(line):
-        return n_columns if is_quoted else len(line.split()) if separator == " " else line.count(separator) + 1
+        plain = len(line.split()) if separator == " " else line.count(separator) + 1
+        return n_columns if is_quoted else len(_cells(line, separator)) if '"' in line else plain
 
     def blocks():
         n, last, wrong = 0, 0, list[tuple[int, int]]()
@@ -193,8 +193,9 @@ def _plain(text: str) -> str:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    parts = line.split() if separator == " " else line.split(separator)
-    return [part.strip().strip('"') for part in parts]
+    quoted = [line] if line.count('"') % 2 else line.split('"')  # every other part
+    line = "".join(part.replace(separator, "\0") if k % 2 else part for k, part in enumerate(quoted))
+    return [part.strip().replace("\0", separator) for part in line.split(separator.strip(" ") or None)]
 
 
 def _layout(path: Path, lines: list[str]) -> tuple[str, int]:

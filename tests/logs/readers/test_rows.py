@@ -80,6 +80,10 @@ def test_nothing_is_said_of_a_column_that_tells_nothing_apart(labels, tmp_path):
     assert "where" not in said(table(tmp_path, time=TIMES, yaw=YAW, rudder=5.0 * (np.arange(N) % 4 < 2), mode=labels))
 
 
+def test_rows_from_the_last_to_the_first_are_of_one_boat(tmp_path):
+    assert said(table(tmp_path, time=TIMES[::-1], yaw=YAW, rudder=np.repeat([10.0, 0.0], 100))) == ""
+
+
 def test_where_names_a_column_and_what_it_has(tmp_path):
     path = table(tmp_path, time=TIMES, yaw=YAW, vehicle=FLEET)
     with refused("unknown", "where.vehicl"):
