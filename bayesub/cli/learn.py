@@ -5,6 +5,7 @@ import json
 import re
 import sys
 import unicodedata
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -69,12 +70,12 @@ def pages() -> dict[str, Page]:
     return {page.topic: page for kind in KINDS for page in read if page.kind == kind}
 
 
-def _topics(_ctx, _param, incomplete: str) -> list[str]:
-    return [topic for topic in pages() if topic.startswith(incomplete)]
+def _completed(words: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:
+    return lambda _ctx, _param, incomplete: [word for word in words() if word.startswith(incomplete)]
 
 
 @click.command(epilog="Example: bayesub manual own-log")
-@click.argument("topic", default="", metavar="[TOPIC]", shell_complete=_topics)
+@click.argument("topic", default="", metavar="[TOPIC]", shell_complete=_completed(pages))
 @click.option("--path", "show_path", is_flag=True, help="Print where the page is instead; without TOPIC, the folder.")
 @click.option("--site", metavar="DIR", help="Write all pages, the studies and reports as a site into the folder DIR.")
 @click.option("--reports", metavar="DIR", help="With --site: a folder of runs whose reports the site shows too.")
@@ -158,12 +159,8 @@ def _sign(command: re.Match[str]) -> str:
         return f"{name} "
 
 
-def _kinds(_ctx, _param, incomplete: str) -> list[str]:
-    return [kind for kind in LISTED if kind.startswith(incomplete)]
-
-
 @click.command("list", epilog="Example: bayesub list vehicles")
-@click.argument("what", default="", metavar="[equations|vehicles|manoeuvres|logs|studies]", shell_complete=_kinds)
+@click.argument("what", default="", metavar=f"[{'|'.join(LISTED)}]", shell_complete=_completed(lambda: LISTED))
 @click.option("--json", "as_json", is_flag=True, help="Names and descriptions as JSON, kind by kind.")
 def list_(what: str, as_json: bool) -> None:
     """List what is built in, the studies of the folder `studies`, and which of their runs in `figures` are current."""

@@ -220,11 +220,13 @@ def _is_number(cell: str, separator: str) -> bool:
 def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tuple[list[str], list[str], int]:
     """Heads and units of the columns, and which of the lines is the first of numbers."""
     rows = [_cells(line, separator) for _, line in lines[:200]]
+    rows = [row[:n_columns] if row[n_columns:] == [""] else row for row in rows]  # a separator too many at the end
     whole = [k for k, row in enumerate(rows) if len(row) == n_columns]
     first = next((k for k in whole if any(_is_number(cell, separator) for cell in rows[k])), None)
     if first is None:
         raise InputError(f"{path}: no row of {n_columns} columns with numbers is among its first lines", "format")
-    heads = [rows[k] for k in whole if k < first]
+    sizes = (n_columns, n_columns - (not rows[first][-1]))  # or one that only the rows of numbers have
+    heads = [[*row, ""][:n_columns] for row in rows[:first] if len(row) in sizes]
     unit_row = [""] * n_columns
     if len(heads) > 1:
         filled = [cell for cell in heads[-1] if cell]

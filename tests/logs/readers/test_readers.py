@@ -421,6 +421,8 @@ TABLES = {
     "spaces in quotes": 't note yaw_deg\n0 "turn to port" 1.5\n0.5 "went" 2.5\n',
     "thousands in quotes": 't,yaw_deg\n"7,210.0","1.5"\n"7,210.5","2.5"\n',
     "thousands and decimal commas": "t;yaw_deg\n1.117.210,000;1,5\n1.117.210,500;2,5\n",
+    "a separator at the end of each row": "t,yaw_deg\n0,1.5,\n0.5,2.5,\n",
+    "a separator at the end of the head": "t,yaw_deg,\n0,1.5\n0.5,2.5\n",
     "an inch": 't,note,yaw_deg\n0,5" pipe,1.5\n0.5,,2.5\n',
     "two units of a quantity": "t,yaw_deg,yaw [deg],yaw [rad]\n0,1.5,1,2\n0.5,2.5,1,2\n",
 }
