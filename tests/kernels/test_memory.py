@@ -12,20 +12,21 @@ BATCHES = """
 import resource
 import {imported}
 def batch():
-    return len(bytearray(b"1") * (64 * 600 * 6 * 8))  # as large as an array; NumPy has ways of its own by version
+    return len(bytearray(b"1") * {size})  # NumPy has ways of its own by version
 batch()
 before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
 for _ in range(20):
     batch()
 print((resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before) / 20)
 """
-PAGES = 64 * 600 * 6 * 8 / 4096  # of such an array
+SIZE = 512 * 600 * 6 * 8  # of a large array; imports leave smaller gaps, which the system need not fill again
+PAGES = SIZE / 4096
 
 
 def faults(imported="bayesub.kernels.jit", **settings):
     """Pages that the system gives for each batch."""
     environment = {key: value for key, value in os.environ.items() if not key.startswith("MALLOC_")} | settings
-    command = [sys.executable, "-c", BATCHES.replace("{imported}", imported)]
+    command = [sys.executable, "-c", BATCHES.format(imported=imported, size=SIZE)]
     return float(subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout)
 
 
