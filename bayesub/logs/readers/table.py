@@ -195,7 +195,7 @@ def _plain(text: str) -> str:
 def _cells(line: str, separator: str) -> list[str]:
     quoted = [line] if line.count('"') % 2 else line.split('"')  # every other part
     line = "".join(part.replace(separator, "\0") if k % 2 else part for k, part in enumerate(quoted))
-    return [part.strip().replace("\0", separator) for part in line.split(separator.strip(" ") or None)]
+    return [part.strip().strip('"').replace("\0", separator) for part in line.split(separator.strip(" ") or None)]
 
 
 def _layout(path: Path, lines: list[str]) -> tuple[str, int]:

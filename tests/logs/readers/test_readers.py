@@ -419,6 +419,7 @@ TABLES = {
     "a separator in quotes of a head": '"t","note, ours","yaw_deg"\n"0","","1.5"\n"0.5","","2.5"\n',
     "a separator in quotes of a late row": "t,note,yaw_deg\n" + "0,,1.5\n" * 30 + '0.5,"turn, port",2.5\n',
     "spaces in quotes": 't note yaw_deg\n0 "turn to port" 1.5\n0.5 "went" 2.5\n',
+    "an inch beside quotes": 't,note,yaw_deg\n0,5" pipe,"1.5"\n0.5,,"2.5"\n',
     "thousands in quotes": 't,yaw_deg\n"7,210.0","1.5"\n"7,210.5","2.5"\n',
     "thousands and decimal commas": "t;yaw_deg\n1.117.210,000;1,5\n1.117.210,500;2,5\n",
     "a separator at the end of each row": "t,yaw_deg\n0,1.5,\n0.5,2.5,\n",
