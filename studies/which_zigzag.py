@@ -24,6 +24,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 import bayesub as bs
+from bayesub.logs import log_files
 from bayesub.model.closed_loop import zigzag
 from bayesub.model.manoeuvre_files import ZigzagFile
 from bayesub.model.manoeuvres import of_inputs
@@ -57,8 +58,8 @@ class ToStarboard(ZigzagFile):
     def steer(self, flight):
         """Put the rudder over to either side."""
         angles = np.radians([-self.angle_deg, self.reversal_deg])
-        yaw = 5  # of the state
-        zigzag(flight, "rudder_deg", angles[0], yaw, angles[1], self.executes, round(self.start_s / flight.sample))
+        yaw, first = log_files.STATES.index("psi"), round(self.start_s / flight.sample)
+        zigzag(flight, "rudder_deg", angles[0], yaw, angles[1], self.executes, first)
 
 
 class Planned(Tanker):
@@ -93,7 +94,7 @@ class Planned(Tanker):
         still = np.zeros(len(clock))
         ordered = of_inputs(name, clock, angles, still, file.initial_state(ship), ship, subproblem="horizontal")
         flight = bs.simulate(ship, ordered).resampled(times)
-        x, y, yaw, u, v, r = (flight.states[0][:, k] for k in (0, 1, 5, 6, 7, 11))
+        x, y, yaw, u, v, r = flight.outputs(("x", "y", "psi", "u", "v", "r"))[0].T
         values = (times, x, y, np.degrees(yaw), u, v, np.degrees(r), np.degrees(flight.controls[:, 0]))
         return dict(zip(COLUMNS, values, strict=True))
 

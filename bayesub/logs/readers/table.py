@@ -135,8 +135,9 @@ def _text(path: Path, progress: Progress) -> Table:
     options |= {"sep": r"\s+" if separator == " " else separator}
 
     def count(line):
-        plain = len(line.split()) if separator == " " else line.count(separator) + 1
-        return n_columns if is_quoted else len(_cells(line, separator)) if '"' in line else plain
+        if is_quoted or '"' in line:
+            return n_columns if is_quoted else len(_cells(line, separator))
+        return len(line.split()) if separator == " " else line.count(separator) + 1
 
     def blocks():
         n, last, wrong = 0, 0, list[tuple[int, int]]()
