@@ -61,6 +61,12 @@ def refuse_several(given: dict[str, Any], key: str = "") -> None:
         raise InputError(f"{' and '.join(names)} exclude each other", "conflict", key or names[0])
 
 
+def refuse_overwriting(output: Path, *inputs: Path | str | None) -> None:
+    """InputError if the file that is to be written is one of those that are read."""
+    if output.resolve() in {Path(one).resolve() for one in inputs if one is not None}:
+        raise InputError(f"{output}: is a file that is read; choose another with -o", "conflict", "-o")
+
+
 page_folder = click.option(
     "-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for page, numbers and figures."
 )

@@ -94,6 +94,7 @@ def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None,
     from bayesub.study.before.simulate import simulate
 
     output = output if output.suffix else output.with_name(f"{output.name}.csv")
+    arguments.refuse_overwriting(output, vehicle, manoeuvre, options["sensors"], options["disturbance"])
     sentence, is_whole = simulate(vehicle, manoeuvre, output, **options, **plane(subproblem))
     say(f"{output}: {sentence}")
     if not is_whole:
@@ -153,10 +154,7 @@ def in_minutes(_context: click.Context, _option: click.Parameter, text: str | No
     "left out, a Doppler log, gyros, attitude and depth.",
 )
 @click.option(
-    "--limits",
-    type=PATH,
-    metavar="FILE",
-    help="Of boat, crew and range (bayesub new limits); if left out, depth, pitch and roll.",
+    "--limits", type=PATH, metavar="FILE", help="Of boat, crew and range (bayesub new limits); else depth, pitch, roll."
 )
 @click.option(
     "--for",
@@ -167,16 +165,8 @@ def in_minutes(_context: click.Context, _option: click.Parameter, text: str | No
     "given several times.",
 )
 @click.option("--after", type=PATH, metavar="RUN", help="A run folder whose posterior is what is known before.")
-@click.option(
-    "--family",
-    "families",
-    multiple=True,
-    metavar="NAME",
-    help="curves, steps, multisines or standard; all if left out.",
-)
-@click.option(
-    "--trials", type=click.IntRange(1, 20), default=1, show_default=True, help="Manoeuvres designed together."
-)
+@click.option("--family", "families", multiple=True, metavar="NAME", help="curves, steps, multisines or standard.")
+@click.option("--trials", type=click.IntRange(1, 20), default=1, show_default=True, help="Manoeuvres of one design.")
 @click.option(
     "--boats",
     type=click.IntRange(1, 32),
@@ -184,28 +174,18 @@ def in_minutes(_context: click.Context, _option: click.Parameter, text: str | No
     show_default=True,
     help="Boats over which the goal is averaged: that of the file, and others that the prior holds possible.",
 )
-@click.option(
-    "--minutes", type=click.FloatRange(0.1, 10_000), metavar="M", help="Until the last answer; 10 if left out."
-)
+@click.option("--minutes", type=click.FloatRange(0.1, 1e4), metavar="M", help="Until the last answer; 10 if left out.")
 @click.option("--budget", callback=in_minutes, metavar="TIME", help="The same with a unit: 60s, 5min or 1h.")
 @click.option(
-    "--without",
-    multiple=True,
-    metavar="NAME",
-    help="An instrument, channel or column that is lost, such as gps or heading; may be given several times.",
+    "--without", multiple=True, metavar="NAME", help="Instrument, channel or column that is lost (gps ..); repeatable."
 )
 @click.option("--robust", is_flag=True, help="Average the goal over the loss of any instrument, and of any manoeuvre.")
 @click.option(
-    "--judgements",
-    type=click.IntRange(1),
-    metavar="N",
-    help="Manoeuvres to judge in place of minutes, for a result that does not depend on the speed of the machine.",
+    "--judgements", type=click.IntRange(1), metavar="N", help="In place of minutes: the result is that of any machine."
 )
 @arguments.seed_option
 @arguments.subproblem
-@click.option(
-    "--resume", is_flag=True, help="Continue an interrupted search, bit for bit, or a finished one for longer."
-)
+@click.option("--resume", is_flag=True, help="Continue an interrupted search bit for bit, or a finished one longer.")
 @arguments.force_option
 @arguments.dask_option
 def design(

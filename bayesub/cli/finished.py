@@ -20,10 +20,7 @@ FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATO
 @arguments.pdf_option
 @click.option("--run-code", is_flag=True, help="Run Python code that the run folder keeps or names, if you trust it.")
 @click.option(
-    "--study",
-    type=PATH,
-    metavar="FILE",
-    help="Script to draw with, for the run of a script that is not where it was, or has changed.",
+    "--study", type=PATH, metavar="FILE", help="Script to draw with, if that of the run is elsewhere or has changed."
 )
 @arguments.verbose_option
 def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose: bool) -> None:
@@ -76,14 +73,10 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
 @click.argument("manoeuvre", metavar="MANOEUVRE|LOG", shell_complete=MANOEUVRE["shell_complete"])
 @arguments.page_folder
 @click.option(
-    "--sensors",
-    metavar="NAME",
-    help="Instruments of the log: a preset, or a TOML file with [[sensors]]; if left out, those of the run.",
+    "--sensors", metavar="NAME", help="Instruments of the log: a preset, or a TOML file with [[sensors]]; or the run's."
 )
 @arguments.subproblem
-@click.option(
-    "--sample", "sample_s", type=click.FloatRange(0.0, min_open=True), metavar="S", help="Output interval, s."
-)
+@click.option("--sample", "sample_s", type=click.FloatRange(0, min_open=True), metavar="S", help="Output interval, s.")
 @click.option(
     "--current-north-mps",
     type=float,
@@ -169,9 +162,7 @@ def update(run: Path, log: Path, output: Path, resume: bool, force: bool, pdf: b
 
 @click.command("next", epilog="Example: bayesub next runs/quickstart --for Yuv --for Nuv -o next.csv")
 @click.argument("run", type=PATH, metavar="RUN")
-@click.option(
-    "--for", "wanted", multiple=True, metavar="NAME", help="A coefficient or quantity to know; may be repeated."
-)
+@click.option("--for", "wanted", multiple=True, metavar="NAME", help="Coefficient or quantity to know; repeatable.")
 @click.option("--limits", type=PATH, metavar="FILE", help="Of boat, crew and range (bayesub new limits).")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="Write the manoeuvre as a control history in CSV.")
 @click.option("--json", "as_json", is_flag=True, help="Values and expected sds as JSON.")
@@ -204,12 +195,7 @@ def next_(
 @click.command(epilog="Example: bayesub compare runs/quickstart runs/longer -o compared")
 @click.argument("runs", type=PATH, metavar="RUN RUN ..", nargs=-1, required=True)
 @arguments.page_folder
-@click.option(
-    "--manoeuvre",
-    metavar="MANOEUVRE",
-    shell_complete=MANOEUVRE["shell_complete"],
-    help="That all predict; if left out, that of the first run, or zigzag_20_20.",
-)
+@click.option("--manoeuvre", **MANOEUVRE, help="That all predict; if left out, of the first run, or zigzag_20_20.")
 @arguments.of_predictions
 def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
     """Set the posteriors of finished runs side by side: intervals, contractions, distances and predictions.

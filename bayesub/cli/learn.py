@@ -29,18 +29,8 @@ WIDTH = 100
 
 _HEAD = re.compile(r"^(?:<!--|%) *(\w+): *(.+?) *(?:-->)?$")
 _MATHS = re.compile(r"```.*?```|`[^`]*`|^\$\$\n(.*?)^\$\$$|\$(\S[^$\n]*?)\$", re.DOTALL | re.MULTILINE)
-_SIGNS = {
-    "times": "×",
-    "cdot": "·",
-    "int": "∫",
-    "sum": "Σ",
-    "le": "≤",
-    "ne": "≠",
-    "mid": "|",
-    "partial": "∂",
-    "sqrt": "√",
-}
-_SIGNS |= {"dot": "\u0307", "ddot": "\u0308", "_": "_", ",": " ", ";": " ", "quad": " "}
+_SIGNS = {"times": "×", "cdot": "·", "int": "∫", "sum": "Σ", "le": "≤", "ne": "≠", "mid": "|", "sqrt": "√", "_": "_"}
+_SIGNS |= {"partial": "∂", "dot": "\u0307", "ddot": "\u0308", ",": " ", ";": " ", "quad": " "}
 _COMMENT = re.compile(r"<!--.*?-->\n?", re.DOTALL)
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from bayesub.cli import arguments
 from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup, refuse_several
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError
@@ -162,8 +163,7 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     if map_file is None and not readers.KINDS[kind].map_is_fixed:
         text = f"convert {kind} needs --map MAP: bayesub new map {kind} -o map.toml writes one to be changed"
         raise InputError(text, "missing", "--map")
-    if output.resolve() in {file.resolve() for file in files}:
-        raise InputError(f"{output}: is the file that is read; choose another with -o", "conflict", "-o")
+    arguments.refuse_overwriting(output, *files, map_file)
     import numpy as np
 
     from bayesub.logs import conversion

@@ -37,11 +37,7 @@ _BAD_LINES = 4  # that what is wrong takes, in all
     "continue a run that other sources or versions began.",
 )
 @click.option("--cross-check", is_flag=True, help="Sample with NUTS too and compare; works with --resume.")
-@click.option(
-    "--leave-out",
-    is_flag=True,
-    help="Fit all trials but one, for each of several trials, and predict it; works with --resume, trial by trial.",
-)
+@click.option("--leave-out", is_flag=True, help="Fit all trials but one, each in turn, and predict it; resumable.")
 @pdf_option
 @dask_option
 @verbose_option

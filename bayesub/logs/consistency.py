@@ -176,9 +176,8 @@ def _check_constants(data: Data, headers: dict[str, str], controls: tuple[str, .
     angle = next((data[name].unwrapped.values for name in ("psi", "heading") if name in data), np.zeros(1))
     rise, fall = (angle - np.minimum.accumulate(angle)).max(), (np.maximum.accumulate(angle) - angle).max()
     if steering == {"delta_r"} <= constant and min(rise, fall) > BOTH_WAYS:
-        reasons["delta_r"] = (
-            f"the boat turns by {rise / DEGREE:.3g} deg to starboard and by {fall / DEGREE:.3g} to port"
-        )
+        words = f"the boat turns by {rise / DEGREE:.3g} deg to starboard and by {fall / DEGREE:.3g} to port"
+        reasons["delta_r"] = words
     found = [
         Finding("constant", (headers[name],), f"never changes, and {reason}", "leave the column out", misread=True)
         for name, reason in reasons.items()

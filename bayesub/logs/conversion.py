@@ -98,6 +98,8 @@ def _likely(column: str, signal: str, signals: Iterable[str]) -> str:
     """The signal that a name may mean, in words: one whose field is the same, or has the word of the column."""
     ends = {name: re.split(r"[./]", name)[-1].lower() for name in (signal, *signals)}
     same = [name for name in signals if ends[name] == ends[signal]]
+    if len(parts := [name for name in signals if name.endswith(f".{signal}")]) > 1:
+        return f": is it '{parts[0]}' or '{parts[1]}'? Pieces of one log must not overlap in time; cut one if they are"
     same = same or [name for name in signals if column.partition("_")[0] in ends[name]]
     suggestion = nearest(signal, same or signals)
     return suggestion or (f": did you mean '{same[0]}'?" if same else f"; it has {_few(signals)}")
@@ -188,9 +190,10 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
         values = (values - section.zero) * (section.factor or 1.0)
     has_rule = section.points is not None or section.factor is not None
     unit = section.unit or ("" if has_rule else unit)
-    if target and not unit and not has_rule:
-        message = f"{where}the file does not say the unit of '{section.signal}'; give unit = \"{target}\" or another, "
-        raise InputError(message + "or factor", "missing", f"columns.{name}.unit")
+    if target and not has_rule and not section.unit and not units.known(unit):
+        says = f"says '{unit}', which is not known, for" if unit else "does not say"
+        message = f"{where}the file {says} the unit of '{section.signal}'; give unit = \"{target}\" or another, "
+        raise InputError(message + "or factor", "unit" if unit else "missing", f"columns.{name}.unit")
     if unit and target:
         try:
             factor = units.factor(unit, target, section.water_density_kgm3)
@@ -199,7 +202,7 @@ def _in_unit(name: str, section: ColumnSection, unit: str, values: np.ndarray, w
             raise InputError(f"{where}{error}", error.kind, f"columns.{name}.{error.key}") from None
     if section.sign < 0 or section.offset:
         values = section.sign * values + section.offset
-    return np.mod(values, 360.0) if section.wrap else values
+    return np.mod(values, TURN / log_files.si_factor(name)) if section.wrap else values
 
 
 def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path, path: Path) -> Column:

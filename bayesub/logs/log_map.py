@@ -15,7 +15,21 @@ from bayesub.logs import log_files
 _OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_mps", "_kgm3", "_counts", "_percent", "_us")
 
 
+# Units of times, in files and maps, besides s, ms, us and ns -> s; plurals are of these.
+TIMES = {"sec": 1.0, "second": 1.0, "msec": 1e-3, "usec": 1e-6, "min": 60.0, "minute": 60.0}
+TIMES |= {"h": 3600.0, "hr": 3600.0, "hour": 3600.0, "d": 86400.0, "day": 86400.0}
+
+
+def seconds_in(unit: str) -> float:
+    """Seconds in a unit of time of any spelling; InputError for one that is not known."""
+    size = TIMES.get(unit.strip().lower().removesuffix("s"))
+    if size is None and not units.known(unit):
+        raise InputError(f"unknown unit '{unit}' of time; known are s, ms, us, ns, min, h and d", "unit", "unit")
+    return size or units.factor(unit, "s")
+
+
 Unit = Annotated[str, pydantic.AfterValidator(lambda unit: units.find(unit) and unit)]  # find refuses unknown ones
+TimeUnit = Annotated[str, pydantic.AfterValidator(lambda unit: seconds_in(unit) and unit)]
 
 
 class Clock(Section):
@@ -25,7 +39,7 @@ class Clock(Section):
     date: str | None = None  # the column of dates or of GPS weeks, if the stamps are of the day or of the week only
     # what the stamps are: a pattern of dates such as ``%d/%m/%Y``, or a count (:mod:`bayesub.logs.readers.stamps`)
     format: str | None = None
-    unit: Unit | None = None  # their unit; by default what the file says, what the numbers show, or seconds
+    unit: TimeUnit | None = None  # their unit; by default what the file says, what the numbers show, or seconds
     wraps_every_s: Positive | None = None  # after how many seconds the clock begins again at its smallest time
 
 
@@ -113,7 +127,7 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
         raise InputError(f"{path}: has no section [columns.NAME]; {example}", "missing", "columns")
     known = [name for name in (*log_files.COLUMNS, *log_files.PRESSURES, *log_files.FIXES) if name != "time_s"]
     names: dict[str, str] = {}  # quantity -> column
-    for column in log_map.columns:
+    for column, section in log_map.columns.items():
         where, key = f"{path}: key 'columns.{column}'", f"columns.{column}"
         if column == "time_s":
             message = f"{where}: times come with each signal; the section [time] says what is zero"
@@ -121,6 +135,8 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
         if not column.endswith(_OWN):
             hint = "the page 'files' of the manual lists them, and those of a vehicle's own actuators end with one of "
             check_known(column, known, f"{where}: unknown column", hint=hint + ", ".join(_OWN), key=key)
+        if section.wrap and not column.endswith(("_deg", "_rad")):
+            raise InputError(f"{where}: wrap is for angles; leave it out", "conflict", f"{key}.wrap")
         other = names.setdefault(log_files.short_name(column), column)
         if other != column:
             message = f"{where}: is the same quantity as '{other}'; leave one of them out"

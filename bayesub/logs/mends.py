@@ -11,6 +11,7 @@ from bayesub.logs.series import Series
 
 # Columns whose names may be exchanged.
 PAIRS = (("u", "v"), ("u_ground", "v_ground"), ("north", "east"), ("x", "y"), ("p", "r"), ("q", "r"), ("p", "q"))
+SPEEDS = (("knots", "kn", KNOT), ("km/h", "", 1.0 / 3.6), ("ft/s", "", FOOT), ("cm/s", "", 0.01))  # m/s, and ending
 Change = Callable[[dict[str, Series]], dict[str, Series]]
 
 
@@ -97,12 +98,7 @@ def _units(data, headers) -> Iterator[Mend]:
         present = tuple(name for name in group if name in data)
         if not present:
             continue
-        for words, unit, factor in (
-            ("knots", "kn", KNOT),
-            ("km/h", "", 1.0 / 3.6),
-            ("ft/s", "", FOOT),
-            ("cm/s", "", 0.01),
-        ):
+        for words, unit, factor in SPEEDS:
             better = ", ".join(headers[name].replace("_mps", f"_{unit}") for name in present)
             remedy = f"rename {_it(present)} {better}" if unit else f"multiply {_it(present)} by {factor:.4g}"
             yield Mend("unit", present, f"in {words}", remedy, _scale(present, factor))

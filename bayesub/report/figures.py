@@ -298,10 +298,5 @@ def prediction_figure(unseen: TrialPrediction) -> ReportFigure:
         "dark blue 50 %, light blue 90 %. Readings in the grey time say where the boat starts and what else belongs to "
         "this log alone; no reading says anything about the coefficients. Green: the middle of the prior. "
         f"{'Orange: SQP. ' if SQP in unseen.predictions else ''}Lines far off are cut.",
-        partial(
-            track.draw_unseen,
-            channels=trial.problem.record.channels,
-            predictions=unseen.predictions,
-            warm_up=trial.warm_up_s,
-        ),
+        lambda path: track.draw_unseen(path, trial.problem.record.channels, unseen.predictions, trial.warm_up_s),
     )

@@ -49,9 +49,8 @@ def trajectory(shown: Any) -> str:
     plane = simulator.subproblem or "six degrees of freedom"
     words, counts = np.unique(shown.status, return_counts=True)
     flown = ", ".join(f"{count} {word}" for word, count in zip(words, counts, strict=True))
-    facts = (
-        f"{len(shown.times)} times from {shown.times[0]:g} to {shown.times[-1]:g} s; of {len(shown.status)}: {flown}"
-    )
+    begin, *_, end = times = shown.times
+    facts = f"{len(times)} times from {begin:g} to {end:g} s; of {len(shown.status)}: {flown}"
     rows = []
     for name, values in zip(STATES, shown.states[0].T, strict=True):
         header = HEADERS[name]

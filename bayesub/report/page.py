@@ -195,9 +195,8 @@ class Drawings:
     @property
     def common(self) -> Markup:
         """What a page with drawings has once, before them."""
-        glyphs = "".join(
-            f'<path id="{name}" d="{_path(path)}" transform="scale(.015625)"/>' for name, path in self._glyphs.values()
-        )
+        named = ((name, _path(path)) for name, path in self._glyphs.values())
+        glyphs = "".join(f'<path id="{name}" d="{path}" transform="scale(.015625)"/>' for name, path in named)
         rules = "".join(f".{name}{{{style}}}" for style, name in self._styles.items())
         content = f"<style>{rules}</style><defs>{glyphs}</defs>"
         return Markup(f'<svg class="glyphs" aria-hidden="true">{content}</svg>' if self._n_drawings else "")
@@ -250,8 +249,7 @@ def _path(text: str) -> str:
         place = start if command == "z" else points[-1]
         start = place if command == "M" else start
         words = re.sub(r"(?<!\d)0\.", ".", words).replace(" -", "-")
-        parts.append(
-            words if command == last and words[:1] == "-" else (" " if command == last else command.lower()) + words
-        )
+        apart = ("" if words[:1] == "-" else " ") if command == last else command.lower()
+        parts.append(apart + words)
         last = command
     return "".join(parts)

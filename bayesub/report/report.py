@@ -144,6 +144,7 @@ def markdown_page(
         for k, row in enumerate(numbers["parameters"] + numbers["nuisance"])
     ]
     heads = ("name", *(column.head for column in shown), "posterior / prior sd")
+    set_up = (map(markdown, row) for row in numbers["set_up"].items())
     page = StudyPage(
         name=numbers["name"],
         question=numbers["question"] or f"What does the trial say of {vehicle}?",
@@ -151,11 +152,7 @@ def markdown_page(
         verdict=f"**{in_words(numbers['outcome']['verdict'])}.** {converged} {verdict['fit']}",
         answer=("Not to be used. " if numbers["outcome"]["status"] else "") + verdict["answer"],
         pictures=captions,
-        tables=[
-            *table(("set-up", ""), (map(markdown, row) for row in numbers["set_up"].items())),
-            "",
-            *table(heads, rows),
-        ],
+        tables=[*table(("set-up", ""), set_up), "", *table(heads, rows)],
         method="\n\n".join(verdict[topic] for topic in (*topics.split(), "cross_check") if verdict.get(topic)),
         coefficients=coefficients,
         cost=f"{cost['evaluations']} simulations, {cost['jacobians']} Jacobians, {cost['sampling_seconds']:.0f} s.",

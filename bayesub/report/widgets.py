@@ -60,14 +60,8 @@ def _intervals(results, reference) -> dict:
     prior = np.transpose([results.prior_of_others.quantiles(p) for p in coefficients.PRIOR_EDGES])
     values = map(_rounded, (reference, prior, sample.quantiles(coefficients.QUANTILES).T))
     rows = [
-        {
-            "name": name,
-            "reference": value if k < n and value else None,
-            "value": value,
-            "prior": ends,
-            "posterior": found,
-        }
-        for k, (name, value, ends, found) in enumerate(zip(sample.names, *values, strict=True))
+        {"name": name, "reference": one if k < n and one else None, "value": one, "prior": ends, "posterior": found}
+        for k, (name, one, ends, found) in enumerate(zip(sample.names, *values, strict=True))
     ]
     sets = [
         {

@@ -50,6 +50,11 @@ def test_rules(rule, unit, values):
     assert result.zero == 10.0
 
 
+def test_a_wrap_is_a_turn_in_the_unit_of_the_column():
+    result = converted(log(a=(T, [-0.1, 1.0, 7.0], "rad")), heading_rad={"signal": "a", "wrap": True})
+    np.testing.assert_allclose(result.columns["heading_rad"], [2 * np.pi - 0.1, 1.0, 7.0 - 2 * np.pi])
+
+
 def test_a_column_without_a_unit_needs_a_rule():
     with refused("missing", "columns.x_m.unit"):
         converted(log(a=(T, T)), x_m={"signal": "a"})
@@ -225,6 +230,8 @@ WRONG_MAPS = {
     "[columns.x_m]\nsignal = 'a'\npoints = [[1, 2], [2, 3]]\nfactor = 2": ("value", "columns.x_m"),
     "[columns.x_m]\nsignal = 'a'\nvalid = [2, 1]": ("value", "columns.x_m"),
     "[columns.x_m]\nsignal = 'a'\ninterval_s = -1": ("value", "columns.x_m.interval_s"),
+    "[columns.x_m]\nsignal = 'a'\nwrap = true": ("conflict", "columns.x_m.wrap"),
+    "[time]\nunit = 'fortnight'\n[columns.x_m]\nsignal = 'a'": ("unit", "time.unit"),
     "[time]\nstart_s = 2\nend_s = 1\n[columns.x_m]\nsignal = 'a'": ("value", "time"),
     "[time]\nzero = 'last'\n[columns.x_m]\nsignal = 'a'": ("value", "time.zero.float"),
     "kind = 'imc'\n[columns.x_m]\nsignal = 'a'": ("conflict", "kind"),

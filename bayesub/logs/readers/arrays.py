@@ -75,7 +75,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             unread[name] = None
             continue
         seconds = np.full(len(values), np.nan) if clock_of is None else times[clock_of][0]
-        unit = re.sub("^degrees_(north|east)$", "deg", unit) or units.of_column(name)  # as NetCDF spells it
+        unit = re.sub("(?i)^degrees?_(north|east|true|t)$", "deg", unit) or units.of_column(name)  # as NetCDF spells it
         signals[wanted.get(label, label)] = Signal(seconds, values.astype(float), unit)
     few = ", ".join(list(unread)[:8]) + (" .." if len(unread) > 8 else "")
     remarks += [f"left out, since no time is as long: {few}"] if unread else []
@@ -171,16 +171,16 @@ def _visit(name: str, value: Any, arrays: Arrays) -> None:
     elif value.dtype.names:
         for field in value.dtype.names:
             cells = [element[field] for element in value.ravel()]
-            numbers = [x for x in cells if isinstance(x, np.ndarray) and x.size == 1 and x.dtype.kind in "biuf"]
+            numbers = [x for x in cells if isinstance(x, np.ndarray) and x.size <= 1 and x.dtype.kind in "biuf"]
             if 1 < len(cells) == len(numbers):
-                arrays[f"{name}.{field}"] = np.array([cell.item() for cell in cells]), ""
+                arrays[f"{name}.{field}"] = np.array([x.item() if x.size else np.nan for x in cells]), ""
                 continue
             for k, cell in enumerate(cells):
                 _visit(f"{name}[{k}].{field}" if len(cells) > 1 else f"{name}.{field}", cell, arrays)
     elif value.dtype.kind == "O":
         for k, cell in enumerate(value.ravel()):
             _visit(f"{name}[{k}]" if value.size > 1 else name, cell, arrays)
-    elif value.dtype.kind in "biufMm" and not name.startswith("__"):
+    elif value.dtype.kind in "biufMmU" and not name.startswith("__"):  # texts may be times
         arrays[name] = np.squeeze(value), ""
 
 
@@ -198,6 +198,8 @@ def _visit_hdf5(name: str, item: Any, arrays: Arrays) -> None:
         for field in item.dtype.names:
             if table[field].dtype.kind in "biuf":
                 arrays[f"{name}.{field}"] = table[field], ""
+    elif h5py.check_string_dtype(item.dtype) is not None:
+        arrays[name] = np.squeeze(np.array(item.asstr()[()], dtype=str)), ""
     elif h5py.check_ref_dtype(item.dtype) is not None and item.size:
         cells = [item.file[reference] for reference in item[()].ravel()]
         if all(isinstance(cell, h5py.Dataset) and cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
@@ -207,10 +209,14 @@ def _visit_hdf5(name: str, item: Any, arrays: Arrays) -> None:
         for k, cell in enumerate(cells):
             _visit_hdf5(f"{name}[{k}]" if kind == b"cell" or not parent else f"{parent}[{k}].{field}", cell, arrays)
     elif item.dtype.kind in "biuf" and kind != b"char" and "MATLAB_empty" not in item.attrs:
-        values = np.array(item, dtype=float)
-        for key in ("_FillValue", "missing_value"):
-            values[values == np.ravel(item.attrs.get(key, np.nan))[0]] = np.nan
-        factor, offset = (np.ravel(item.attrs.get(*key))[0] for key in (("scale_factor", 1.0), ("add_offset", 0.0)))
+        is_unsigned = np.ravel(item.attrs.get("_Unsigned", ""))[0] in (b"true", "true")  # as NetCDF 3 had to say
+        read = item[()].view(f"u{item.dtype.itemsize}") if is_unsigned and item.dtype.kind == "i" else item[()]
+        values = np.array(read, dtype=float)
+        for marks in (np.ravel(item.attrs.get(key, ())) for key in ("_FillValue", "missing_value")):
+            if marks.dtype.kind in "biuf":
+                values[np.isin(read, marks[np.isfinite(marks)].astype(read.dtype))] = np.nan
+        scales = (("scale_factor", 1.0), ("add_offset", 0.0))
+        factor, offset = (float(np.ravel(item.attrs.get(*key))[0]) for key in scales)
         unit = item.attrs.get("units", "")
         unit = unit.decode() if isinstance(unit, bytes) else str(unit)
         arrays[name] = np.squeeze(factor * (values.T if kind else values) + offset), unit

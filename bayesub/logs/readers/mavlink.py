@@ -24,9 +24,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     message came; a message with its own time since the start keeps that, on the clock of the ground station.
     """
     mavutil = library("pymavlink.mavutil", path)
-    types = {
-        section.signal.rpartition("/")[2].partition(".")[0].partition("[")[0] for section in log_map.columns.values()
-    }
+    names = (section.signal.rpartition("/")[2] for section in log_map.columns.values())
+    types = {name.partition(".")[0].partition("[")[0] for name in names}
     os.environ["PYMAVLINK_FAST_INDEX"] = "0"  # the fast one writes to the terminal, beside Python, what is damaged
     complaints, collection = io.StringIO(), Collection()
     with contextlib.redirect_stdout(complaints), contextlib.redirect_stderr(complaints):

@@ -69,6 +69,7 @@ class Cells:
         if self.is_text:
             return [f"'{name}' holds text such as '{next(iter(self.texts))}' and is left out"]
         kinds = ", ".join(f"'{text}' in {n}" for text, n in self.texts.most_common(3))
+        kinds += f" and {len(self.texts) - 3} other texts" if len(self.texts) > 3 else ""
         return [f"'{name}': {kinds} of {self.n} cells, which are no readings"] if kinds else []
 
 
@@ -94,7 +95,7 @@ def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: 
     result, back = [], np.diff(times) < 0.0
     for name, column in zip(names, some, strict=True):
         codes, labels = pd.factorize(some[column])
-        if not 2 <= len(labels) <= LABELS or codes.min() < 0:
+        if not 2 <= len(labels) <= min(LABELS, len(codes) // 2) or codes.min() < 0:
             continue
         changes, order = np.flatnonzero(np.diff(codes)), np.argsort(codes, kind="stable")
         alternate, same = len(changes) > len(codes) // LABELS, np.diff(codes[order]) == 0

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from bayesub.io import units
 from bayesub.io.errors import InputError
 
 
@@ -90,12 +91,24 @@ def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
     parts: dict[str, list[Signal]] = {}
     for log in logs:
         for name, signal in log.signals.items():
-            parts.setdefault(name, []).append(signal)
+            group = parts.setdefault(name, [])
+            group.append(_in_unit_of(group[0], signal, f"{log.path}: signal '{name}'") if group else signal)
     signals = {}
     for name, group in parts.items():
         times, values = (np.concatenate([getattr(part, cells) for part in group]) for cells in ("times", "values"))
         signals[name] = Signal(times, values, group[0].unit)
     return VehicleLog(logs[0].path, signals, tuple(f"{log.path}: {remark}" for log in logs for remark in log.remarks))
+
+
+def _in_unit_of(first: Signal, other: Signal, where: str) -> Signal:
+    """A piece of a signal, from another file, in the unit of the first."""
+    if first.unit == other.unit or "" in (first.unit, other.unit):
+        return other
+    try:
+        return replace(other, values=other.values * units.factor(other.unit, first.unit))
+    except InputError:
+        message = f"{where} is in '{other.unit}', and in '{first.unit}' in the file before; convert each by its own map"
+        raise InputError(message, "unit", "unit") from None
 
 
 def euler_angles(x: Any, y: Any, z: Any, w: Any) -> tuple[Any, Any, Any]:

@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.io import units
 from bayesub.io.errors import InputError, check_known
-from bayesub.logs.log_map import Clock
+from bayesub.logs.log_map import TIMES, Clock, seconds_in
 
 HOUR_S, DAY_S, WEEK_S = 3600.0, 86400.0, 604800.0
-LONG = {"min": 60.0, "minute": 60.0, "h": HOUR_S, "hour": HOUR_S, "d": DAY_S, "day": DAY_S}  # units of files
 GPS_ZERO = 315964800.0 - 18.0  # s since 1970, less the leap seconds since 2017
 ZONES = ("utc", "gmt", "gps", "local", "unix", "epoch")  # what heads say in brackets beside units
 SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them is a date
@@ -20,7 +18,7 @@ MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and thos
 OF_WEEK = (*MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week")
 BLOCK = 100_000  # texts that are parsed at a time
 LATEST = 1e11  # s since 1970, the year 5138
-_THOUSANDS = r",(?=\d{3}(?:,\d{3})*\.)|\.(?=\d{3}(?:\.\d{3})*,)"  # of 1,234.5 and 1.234,5
+OVERTAKEN = 0.95  # of the period of a clock; a message that comes too late after it began again is ahead by more
 
 # What numbers count, by unit or format -> seconds in one, and their zero in seconds since 1970.
 COUNTS = {unit: (factor, 0.0) for unit, factor in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9))}
@@ -45,7 +43,7 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
     """
     import pandas as pd
 
-    form, unit, remark = clock.format or "", clock.unit or unit, ""
+    form, unit, remark = clock.format or "", clock.unit or unit or _unit_of(name), ""
     if form and "%" not in form:
         message = f"key 'time.format': '{form}' is neither a pattern such as %d/%m/%Y nor one of {', '.join(FORMATS)}"
         check_known(form, FORMATS, message, key="time.format")
@@ -76,8 +74,17 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
 
 
 def unwrapped(times: np.ndarray, period: float | None) -> np.ndarray:
-    """Times (n,) of a clock that begins again after a period (s)."""
-    return times if period is None else times + period * np.cumsum(np.diff(times, prepend=times[:1]) < -0.5 * period)
+    """Times (n,) of a clock that begins again after a period (s); messages from before that may come after it."""
+    if period is None:
+        return times
+    steps = np.diff(times, prepend=times[:1]) / period
+    return times + period * np.cumsum((steps < -0.5).astype(int) - (steps > OVERTAKEN))
+
+
+def _unit_of(name: str) -> str:
+    """The unit at the end of the name of a column of times, such as ``time_boot_ms``, TimeUS or ``time_h``; or none."""
+    *words, last = re.findall(r"[A-Zµ]+(?![a-z])|[A-Zµ]?[a-zµ]+", name)
+    return last if words and (last.lower() in {*TIMES, *COUNTS}) else ""
 
 
 def _blocks(texts: Any) -> Iterator[Any]:
@@ -90,8 +97,8 @@ def as_numbers(column: Any) -> np.ndarray:
     import pandas as pd
 
     if column.dtype.kind not in "biuf":
-        texts = (part.astype(str).str.strip().str.replace(_THOUSANDS, "", regex=True) for part in _blocks(column))
-        plain = (part.str.replace(",", ".", regex=False).replace({"True": "1", "False": "0"}) for part in texts)
+        texts = (part.astype(str).str.strip().replace({"True": "1", "False": "0"}) for part in _blocks(column))
+        plain = (part.str.replace(",", ".", regex=False) for part in texts)
         column = pd.concat([pd.to_numeric(part, errors="coerce") for part in plain])
     numbers = column.to_numpy(dtype=float, na_value=np.nan)
     return np.where(np.isfinite(numbers), numbers, np.nan)
@@ -126,13 +133,13 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
     line = f'{"unit" if found in COUNTS else "format"} = "{found}"'
     (size, zero), remark = FORMATS.get(form, (1.0, 0.0)), ""
     if unit:
-        unit, _, since = unit.partition(" since ")
+        unit, *since = re.split(r"\s+since\s+", unit, flags=re.IGNORECASE)
         try:
-            size = LONG.get(unit.strip().lower().rstrip("s")) or units.factor(unit, "s")
+            size = seconds_in(unit)
         except InputError as error:
             message = f"column '{name}' of times: {error}; give [time] unit"
             raise InputError(message, error.kind, f"time.{error.key}") from None
-        zero = zero if form or not since else float(np.nan_to_num(_parsed([since], "mixed"))[0])
+        zero = zero if form or not since else float(np.nan_to_num(_parsed(since, "mixed"))[0])
     elif is_of_week:
         size = 1e-3 if high > WEEK_S or name.lower() in MILLISECONDS else 1.0
     elif not form and high <= 1.0 and STEP[0] / DAY_S <= step < STEP[0]:
@@ -143,7 +150,7 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
             begin = np.datetime64(int(zero + size * np.nanmin(numbers)), "s").item()
             remark = f"'{name}' is read with {line} and begins on {begin} UTC; [time] of the map can say otherwise"
         else:
-            likely = [key for key, (factor, _) in COUNTS.items() if STEP[0] <= factor * step <= STEP[1] or key == "s"]
+            likely = [key for key in (*COUNTS, "d") if STEP[0] <= seconds_in(key) * step <= STEP[1]] or ["s"]
             lines = " or ".join(f'unit = "{key}"' for key in reversed(likely))
             message = f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; "
             raise InputError(f"{message}if these are no seconds, write {lines} under [time]", "missing", "time.unit")
@@ -152,7 +159,7 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
         message = f"column '{name}' of times: {high:.12g} {unit or 's'} is after the year 5000; "
         remedy = f"write {line} under [time] of the map" if found else "give [time] unit or format"
         raise InputError(message + remedy, "unit", "time.unit")
-    return times, remark
+    return np.where(np.abs(times) <= LATEST, times, np.nan), remark  # which single ones may be, as fill values
 
 
 def _parsed(texts: Any, pattern: str) -> np.ndarray:
@@ -183,7 +190,7 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
     if "%M" in form and form != "%M:%S":
         plain = re.sub("[.,]%f", "", form).replace(",", ".")
         times, fractions = _parsed(texts, plain), _parsed(texts, plain.replace("%S", "%S.%f"))
-        times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbBy]", form)
+        times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbByGV]", form)
         return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part
     if not form:
         times = _parsed(texts, "ISO8601")

@@ -26,11 +26,15 @@ PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute",
 NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of one stamp end, in ROS
 MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
 BLOCK, ROWS = 1 << 22, 65536  # characters and rows that are read at a time
+PACKED = {b"PK": "is a workbook or an archive; save it as CSV, or unpack it", b"\x1f\x8b": "is compressed; unpack it"}
 
 # Bytes that are no UTF-8, as Python escapes them -> what they are in Windows.
 WINDOWS = {0xDC00 + byte: bytes([byte]).decode("cp1252", errors="replace") for byte in range(128, 256)}
+WINDOWS |= {0x2212: "-"}  # the minus of spreadsheets
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
+# What groups digits -> numbers in which it does: 1,234 and 1,234,567.8, or 1.234 and 1.234.567,8.
+_GROUPED = {m: re.compile(rf"[-+]?[1-9]\d{{0,2}}(\{m}\d{{3}})+(\{d}\d+)?") for m, d in (",.", ".,")}
 
 
 def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog:
@@ -104,17 +108,19 @@ def _parquet(path: Path, progress: Progress) -> Table:
     if not file.metadata.num_rows:
         raise InputError(f"{path}: has no rows", "data")
     # The index of pandas has no name, and is the time if it holds moments.
-    fields = [("time" if str(f.type).startswith(("time", "duration")) else "", f.name) for f in file.schema_arrow]
+    flat = [f for f in file.schema_arrow if not f.type.num_fields]
+    fields = [("time" if str(f.type).startswith(("time", "duration")) else "", f.name) for f in flat]
+    remarks = [f"'{f.name}' holds {f.type} and is left out" for f in file.schema_arrow if f.type.num_fields]
     heads = [time if time and name.startswith("__index_level_") else name for time, name in fields]
 
     def blocks():
         n = 0
-        for batch in file.iter_batches(ROWS):
+        for batch in file.iter_batches(ROWS, columns=[f.name for f in flat]):
             yield batch.to_pandas(ignore_metadata=True).set_axis(range(len(heads)), axis=1)
             n += len(batch)
             progress.update(n / 1e6, file.metadata.num_rows / 1e6, "million rows")
 
-    return heads, [""] * len(heads), "row {}", blocks, [], []
+    return heads, [""] * len(heads), "row {}", blocks, remarks, []
 
 
 def _text(path: Path, progress: Progress) -> Table:
@@ -129,10 +135,10 @@ def _text(path: Path, progress: Progress) -> Table:
     separator, n_columns = _layout(path, [line for _, line in table[-SAMPLE:]])
     heads, unit_cells, first = _header(path, table, separator, n_columns)
     begin, is_quoted = table[first][0], any('"' in line for _, line in table[first:][:SAMPLE])
-    comma = "," if separator != "," and "," in table[first][1] else "."
+    decimal, group = _marks([_cells(line, separator) for _, line in table[first:][:200]], separator)
     options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
-    options |= {"index_col": False, "skipinitialspace": True, "decimal": comma, "low_memory": False}
-    options |= {"sep": r"\s+" if separator == " " else separator}
+    options |= {"index_col": False, "skipinitialspace": True, "low_memory": False}
+    options |= {"sep": r"\s+" if separator == " " else separator, "decimal": "." if separator == "," else decimal}
 
     def count(line):
         if is_quoted or '"' in line:
@@ -149,7 +155,12 @@ def _text(path: Path, progress: Progress) -> Table:
                 wrong += [(k, size) for (k, _), size in zip(body, counts, strict=True) if size != n_columns]
             try:
                 if whole:
-                    yield pd.read_csv(io.StringIO("\n".join(whole)), **options)
+                    frame = pd.read_csv(io.StringIO("\n".join(whole)), **options)
+                    for k in frame.select_dtypes(["object", "string"]) if group else ():
+                        texts = frame[k].astype(str)
+                        is_grouped = texts.str.fullmatch(_GROUPED[group])
+                        frame.loc[is_grouped, k] = texts[is_grouped].str.replace(group, "", regex=False)
+                    yield frame
             except pd.errors.ParserError as error:
                 reason = str(error).strip().rpartition("error: ")[2]
                 message = f"{path}: {reason}, counted from line {body[0][0]}; is the file whole?"
@@ -175,8 +186,9 @@ def _lines(path: Path, remarks: list[str], progress: Progress) -> Iterator[list[
     if not begin.startswith((b"\xff\xfe", b"\xfe\xff")):
         is_wide = max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin)
         encoding, wrong = (wide[max(wide)], wrong) if is_wide else ("utf-8-sig", "surrogateescape")
-    if encoding == "utf-8-sig" and b"\0" in begin.rstrip(b"\0"):
-        raise InputError(f"{path}: is not text; bayesub convert --help lists the kinds of logs that are not", "format")
+    if encoding == "utf-8-sig" and (b"\0" in begin.rstrip(b"\0") or begin[:2] in PACKED):
+        other = "is not text; bayesub convert --help lists the kinds of logs that are not"
+        raise InputError(f"{path}: {PACKED.get(begin[:2], other)}", "format")
     n, last, size = 0, "", path.stat().st_size
     with path.open("rb") as content, io.TextIOWrapper(content, encoding, wrong) as file:
         while texts := file.readlines(BLOCK):
@@ -218,6 +230,16 @@ def _is_number(cell: str, separator: str) -> bool:
     return _NUMBER.fullmatch(cell) is not None and not (separator == "," and "," in cell)
 
 
+def _marks(rows: list[list[str]], separator: str) -> tuple[str, str]:
+    """The decimal mark of rows of cells, and what groups the digits of thousands; empty if it would be seen as both."""
+    grouped = [column for column in zip(*rows, strict=False) if any(map(_GROUPED[","].fullmatch, column))]
+    numbers = [c for row in rows for c in row if _NUMBER.fullmatch(c) or any(g.fullmatch(c) for g in _GROUPED.values())]
+    comma, point = (any(m in c and not _GROUPED[m].fullmatch(c) for c in numbers) for m in ",.")
+    if comma or (not point and grouped and separator != "," and not any(c.isdigit() for col in grouped for c in col)):
+        return ",", "" if point or not comma else "."
+    return ".", ","
+
+
 def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tuple[list[str], list[str], int]:
     """Heads and units of the columns, and which of the lines is the first of numbers."""
     rows = [_cells(line, separator) for _, line in lines[:200]]
@@ -231,7 +253,7 @@ def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tu
     unit_row = [""] * n_columns
     if len(heads) > 1:
         filled = [cell for cell in heads[-1] if cell]
-        if filled and all(cell[0] in "[(" or cell == "-" or units.known(cell) for cell in filled):
+        if sum(cell[0] in "[(" or cell == "-" or units.known(cell) for cell in filled) > len(filled) / 2:
             unit_row = [cell.strip("[]() ") for cell in heads.pop()]
     return heads[-1] if heads else [""] * n_columns, unit_row, first
 
@@ -269,6 +291,8 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
         time = found[0]
     else:
         frame = next(frames)
+        if typed := [k for k in frame if frame[k].dtype.kind == "M"]:
+            return (typed[0],)
         ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
         message = f"which column is the time? give [time] signal in the map, {some}"
@@ -287,14 +311,14 @@ def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) ->
 
     stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
     if len(dates) > 1:  # times of the day in columns (PARTS), or dates if all six are there
-        *days, hour, minute, second = (parts[k] for k in parts)
+        *days, hour, minute, second = (pd.Series(stamps.as_numbers(parts[k])) for k in parts)
         stamp, dates = pd.to_timedelta(3600 * hour + 60 * minute + second, unit="s"), []
         if len(days) == 3:
             year, month, day = days
             dated = {"year": year.where(year > 99, year + 2000), "month": month, "day": day}
-            stamp = pd.to_datetime(dated) + stamp
+            stamp = pd.to_datetime(dated, errors="coerce") + stamp
     if names[-1].lower().endswith(tuple(NANOSECONDS.values())):
-        stamp, dates = stamp + 1e-9 * dates[0], []
+        stamp, dates = pd.Series(stamps.as_numbers(stamp) + 1e-9 * stamps.as_numbers(dates[0])), []
     times, remark = stamps.seconds(stamp, clock, unit, names[0], *dates)
     remarks, wrong = [remark] if remark else [], np.flatnonzero(~np.isfinite(times))
     if len(wrong):

@@ -16,10 +16,7 @@ _UNITS = (
     (r"(gps_position|sensor_gps)\.(lat|lon)$", "degE7"),
     (r"(gps_position|sensor_gps)\.(alt|alt_ellipsoid)$", "mm"),
     (r"(attitude|local_position)\.(roll|pitch|yaw|heading)$|\.cog_rad$", "rad"),
-    (
-        r"rates_setpoint\.(roll|pitch|yaw)$|\.(rollspeed|pitchspeed|yawspeed|gyro_rad\[\d\])$|angular_velocity\.xyz\[\d\]$",
-        "rad/s",
-    ),
+    (r"rates_setpoint\.(roll|pitch|yaw)$|\.(roll|pitch|yaw)speed$|\.gyro_rad\[\d\]$|angular_velocity\.xyz\[", "rad/s"),
     (r"position\.(x|y|z|alt|altitude)$|\.(depth|distance_bottom)$", "m"),
     (r"\.(vx|vy|vz|vel_[ned]|vel_[ned]_m_s|vel_m_s|velocity\[\d\])$", "m/s"),
     (r"global_position.*\.(lat|lon)$|\.(latitude_deg|longitude_deg)$", "deg"),

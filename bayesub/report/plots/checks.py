@@ -110,9 +110,8 @@ def draw_criticism(
     names = list(residuals)
     last = max(float(times[name][-1]) for name in names)
     with style.figure(path, 9.0, 0.9 + 1.15 * len(names), (0.75, 0.15, 0.5, 0.3)) as figure:
-        rows = figure.subplots(
-            len(names), 3, squeeze=False, width_ratios=[2.4, 1.0, 1.0], gridspec_kw={"wspace": 0.25, "hspace": 0.3}
-        )
+        spaces = {"wspace": 0.25, "hspace": 0.3}
+        rows = figure.subplots(len(names), 3, squeeze=False, width_ratios=[2.4, 1.0, 1.0], gridspec_kw=spaces)
         figure.align_ylabels(rows[:, 0])
         for row, name in zip(rows, names, strict=True):
             check = criticism.checks[name]

@@ -102,9 +102,8 @@ def draw_states(
 def _add_legend(figure, axis, drawn: Sequence[Drawn]) -> None:
     """Below all: bands and lines, the median's over the band that it is in."""
     shown = dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
-    medians = {
-        one.labels[-1]: (shown[one.labels[-1]], Line2D([], [], **one.line)) for one in drawn if one.probabilities
-    }
+    banded = [one for one in drawn if one.probabilities]
+    medians = {one.labels[-1]: (shown[one.labels[-1]], Line2D([], [], **one.line)) for one in banded}
     handles = [medians.get(label, shown[label]) for one in drawn for label in one.labels]
     labels = [label for one in drawn for label in one.labels]
     columns = style.legend_columns(labels, figure.get_figwidth())

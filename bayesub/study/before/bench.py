@@ -162,9 +162,7 @@ def parts_of_a_run() -> dict[str, float]:
         file.write_text(study.simulated("spiral", file, "suboff", "horizontal"), encoding="utf-8")
         imports = timeit.timeit(partial(with_python, "-c", "import bayesub.study.run.infer"), number=1)
         command = [sys.executable, "-m", "bayesub", "run", str(file), "-o", f"{folder}/run"]
-        whole = timeit.timeit(
-            partial(subprocess.run, command, stdout=subprocess.PIPE, stderr=subprocess.PIPE), number=1
-        )
+        whole = timeit.timeit(partial(subprocess.run, command, capture_output=True), number=1)
         numbers = json.loads(Path(folder, "run", "numbers.json").read_text(encoding="utf-8"))
     seconds, sampling = dict(numbers["seconds"]), numbers["seconds"]["sampling"]
     flying, before = numbers["cost"]["simulation_seconds"], seconds.pop("all before the report")

@@ -383,6 +383,49 @@ def test_netcdf_of_both_formats_and_records_of_hdf5(tmp_path):
     assert signal.unit == "deg"
 
 
+def test_marks_and_integers_of_netcdf(tmp_path):
+    """Several marks for missing, integers without sign, numbers as texts, and dates as texts."""
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["time"] = [f"2026-05-01T10:00:0{k}" for k in range(5)]
+        yaw = file.create_dataset("yaw", data=np.array([0, 30000, 40000, 65535, 7], dtype="u2").view("i2"))
+        yaw.attrs.update({"_Unsigned": "true", "_FillValue": np.int16(-1)})
+        yaw.attrs.update({"scale_factor": "0.01", "units": "degrees_T"})
+        file["z"] = np.array([1.0, -999.0, 2.0, -888.0, 3.0], dtype="f4")
+        file["z"].attrs["missing_value"] = np.array([-999.0, -888.0], dtype="f4")
+    signals = readers.read("netcdf", [tmp_path / "a.h5"]).signals
+    np.testing.assert_allclose(signals["yaw"].values, [0.0, 300.0, 400.0, np.nan, 0.07])
+    np.testing.assert_array_equal(signals["z"].values, [1.0, np.nan, 2.0, np.nan, 3.0])
+    np.testing.assert_allclose(signals["z"].times, 1777629600.0 + np.arange(5.0))
+    assert signals["yaw"].unit == "deg"
+
+
+def test_dates_and_gaps_of_matlab(tmp_path):
+    """Dates in a matrix of letters, and a structure of which one element is empty."""
+    from scipy import io
+
+    log = np.array([(np.array([[float(k)]]),) for k in range(5)], dtype=[("yaw", object)])
+    log[3]["yaw"] = np.zeros((0, 0))
+    io.savemat(tmp_path / "a.mat", {"time": [f"2026-05-01 10:00:0{k}" for k in range(5)], "log": log})
+    signal = readers.read("matlab", [tmp_path / "a.mat"]).signals["log.yaw"]
+    np.testing.assert_array_equal(signal.values, [0.0, 1.0, 2.0, np.nan, 4.0])
+    np.testing.assert_allclose(signal.times, 1777629600.0 + np.arange(5.0))
+
+
+def test_columns_of_parquet_that_hold_more_than_a_number(tmp_path):
+    """They are left out; a column of moments is the time, whatever its name."""
+    import pandas as pd
+
+    when = pd.Timestamp("2026-05-01T10:00:00", tz="UTC") + pd.to_timedelta(np.arange(3), unit="s")
+    data = {"psi": [1.0, 2.0, 3.0], "pose": [[1.0], [2.0], [3.0]], "gps": [{"x": 1}] * 3, "when": when}
+    pd.DataFrame(data).to_parquet(tmp_path / "a.parquet")
+    log = readers.read("parquet", [tmp_path / "a.parquet"])
+    np.testing.assert_allclose(log.signals["psi"].times, 1777629600.0 + np.arange(3.0))
+    assert set(log.signals) == {"psi"}
+    assert [remark.partition(" holds")[0] for remark in log.remarks] == ["'pose'", "'gps'"]
+
+
 def test_moments_of_parquet(tmp_path):
     """In a column, of any time zone, or as the index; cells without a number are no readings."""
     import pandas as pd
@@ -444,6 +487,70 @@ def test_the_only_separator_in_quotes_stands_in_a_late_row(tmp_path):
     signal = readers.read("csv", [tmp_path / "t.csv"]).signals["yaw_deg"]
     np.testing.assert_array_equal(signal.times, np.arange(40.0))
     np.testing.assert_array_equal(signal.values, 2.0 * np.arange(40))
+
+
+GROUPED = {  # text of a table -> the numbers of its second column
+    't,rpm\n0,"990"\n1,"1,000"\n2,"1,010"\n': [990.0, 1000.0, 1010.0],
+    "t\trpm\n0\t990\n1\t-1,000\n2\t1,234,567\n": [990.0, -1000.0, 1234567.0],
+    "t;rpm;x\n0,5;990;0,1\n1,5;1.000;0,2\n2,5;1.010;0,3\n": [990.0, 1000.0, 1010.0],
+    "t;rpm\n0.5;990\n1.5;1,000\n2.5;1,010.5\n": [990.0, 1000.0, 1010.5],
+    # Decimal commas, or decimals with a point, though three digits follow.
+    't,rpm\n0,"0,990"\n1,"1,000"\n2,"1,010"\n': [0.99, 1.0, 1.01],
+    "t;rpm\n0;0,990\n1;1,000\n2;1,010\n": [0.99, 1.0, 1.01],
+    "t;rpm\n0;1,990\n1;1,000\n2;1,010\n": [1.99, 1.0, 1.01],
+    "t;rpm;x\n0;12.990;0,5\n1;1.000;0,25\n2;0.5;0,5\n": [12.99, 1.0, 0.5],
+    "t;rpm\n0;990\n1;1.000\n2;1.010\n": [990.0, 1.0, 1.01],
+    "t rpm\n0 1e3\n1 1.125\n2 1.25\n": [1000.0, 1.125, 1.25],
+}
+
+
+@pytest.mark.parametrize(("text", "values"), GROUPED.items())
+def test_digits_are_grouped_or_decimals_by_what_else_the_table_has(text, values, tmp_path):
+    (tmp_path / "t.txt").write_text(text)
+    np.testing.assert_array_equal(readers.read("csv", [tmp_path / "t.txt"]).signals["rpm"].values, values)
+
+
+def test_digits_are_grouped_in_a_late_row_only(tmp_path):
+    (tmp_path / "t.csv").write_text("t,rpm\n" + "".join(f'{k},"{990 + k:,}"\n' for k in range(3000)))
+    signal = readers.read("csv", [tmp_path / "t.csv"]).signals["rpm"]
+    np.testing.assert_array_equal(signal.values, 990.0 + np.arange(3000))
+
+
+def test_a_minus_of_a_spreadsheet(tmp_path):
+    (tmp_path / "t.csv").write_text("t,yaw_deg\n0,\u22121.5\n1,2.5\n", encoding="utf-8")
+    np.testing.assert_array_equal(readers.read("csv", [tmp_path / "t.csv"]).signals["yaw_deg"].values, [-1.5, 2.5])
+
+
+@pytest.mark.parametrize("begin", [b"PK\3\4", b"\x1f\x8b\x08"])
+def test_what_is_packed_is_to_be_unpacked(begin, tmp_path):
+    (tmp_path / "t.csv").write_bytes(begin + bytes(range(256)))
+    with refused("format") as error:
+        readers.read("csv", [tmp_path / "t.csv"])
+    assert "unpack it" in str(error.value)
+
+
+@pytest.mark.parametrize("void", ["ERR", "---", "NaN", ""])
+@pytest.mark.parametrize("head", ["hour,minute,second", "secs,nsecs,mode", "year,month,day,hour,minute,second"])
+def test_void_cells_among_the_parts_of_times(head, void, tmp_path):
+    names = head.split(",")
+    cells = [dict(zip(names, [2026, 5, 1, 0, 0, k][-len(names) :], strict=True)) for k in range(20)]
+    cells = [row | {"secs": k, "nsecs": 500_000_000, "mode": 1} for k, row in enumerate(cells)]
+    cells[7][names[0]] = void
+    rows = [",".join(str(row[name]) for name in names) + f",{k}" for k, row in enumerate(cells)]
+    (tmp_path / "t.csv").write_text("\n".join([f"{head},yaw_deg", *rows]))
+    signal = readers.read("csv", [tmp_path / "t.csv"]).signals["yaw_deg"]
+    np.testing.assert_array_equal(signal.values, np.delete(np.arange(20.0), 7))
+    np.testing.assert_allclose(np.diff(signal.times), np.diff(signal.values))
+
+
+def test_a_line_of_units_with_one_that_is_unknown(tmp_path):
+    (tmp_path / "t.csv").write_text("time,yaw,depth\ns,degrees_true,m\n0,1,2\n1,2,3\n")
+    signals = readers.read("csv", [tmp_path / "t.csv"]).signals
+    assert {name: signal.unit for name, signal in signals.items()} == {"yaw": "degrees_true", "depth": "m"}
+    with refused("unit", "columns.yaw_deg.unit") as error:
+        log_map = LogMap(columns={"yaw_deg": {"signal": "yaw"}})
+        conversion.convert(readers.read("csv", [tmp_path / "t.csv"], log_map), log_map, tmp_path / "m.toml")
+    assert "the file says 'degrees_true', which is not known" in str(error.value)
 
 
 def test_empty_cells_are_no_readings_and_other_words_are_none(tmp_path):
@@ -556,6 +663,26 @@ def test_pieces_of_a_log_are_joined(tmp_path):
         (tmp_path / name).write_text(head + "".join(part))
     joined = readers.read("csv", [tmp_path / "b.txt", tmp_path / "a.txt"]).signals
     np.testing.assert_array_equal(joined["Rudder"].values, readers.read("csv", [path]).signals["Rudder"].values)
+
+
+def test_pieces_of_a_log_in_other_units(tmp_path):
+    for name, text in (("a", "t,z [m]\n0,10\n1,11\n"), ("b", "t,z [ft]\n2,100\n"), ("c", "t,z [rad]\n3,1\n")):
+        (tmp_path / f"{name}.csv").write_text(text)
+    signal = readers.read("csv", [tmp_path / "a.csv", tmp_path / "b.csv"]).signals["z"]
+    np.testing.assert_allclose(signal.values, [10.0, 11.0, 30.48])
+    with refused("unit", "unit"):
+        readers.read("csv", [tmp_path / "a.csv", tmp_path / "c.csv"])
+
+
+def test_pieces_of_a_log_that_overlap_are_tables_and_a_map_of_the_whole_is_told_so(tmp_path):
+    for name, first in (("a", 0), ("b", 8)):
+        rows = "".join(f"{k},{k}\n" for k in range(first, first + 10))
+        (tmp_path / f"{name}.csv").write_text(f"t,z [m]\n{rows}")
+    log_map = LogMap(columns={"z_m": {"signal": "z"}})
+    log = readers.read("csv", [tmp_path / "a.csv", tmp_path / "b.csv"], log_map)
+    with refused("unknown", "columns.z_m.signal") as error:
+        conversion.convert(log, log_map, tmp_path / "m.toml")
+    assert "'a.z' or 'b.z'? Pieces of one log must not overlap" in str(error.value)
 
 
 def test_a_table_for_each_message(tmp_path):

@@ -18,8 +18,8 @@ def written(pattern):
     return [f"{moment:{pattern}}" for moment in MOMENTS]
 
 
-def read(cells, name="t", dates=None, unit="", **clock):
-    dates = dates if dates is None else pd.Series(dates, name="date")
+def read(cells, name="t", dates=None, unit="", of_map=None, **clock):
+    dates, clock = dates if dates is None else pd.Series(dates, name="date"), {"unit": of_map} | clock
     return stamps.seconds(pd.Series(cells), Clock(**clock), unit, name, dates)
 
 
@@ -45,7 +45,6 @@ def test_what_numbers_count_is_seen_from_them(cells, tolerance):
 
 SECONDS = [[0.0, 0.1, 0.2], [103.0, 104.0, 0.0, 1.0], [1e5, 1e5 + 1], [45000.0, 45000.5], [UNIX, UNIX + 0.02], [7.0]]
 SECONDS.append([0.0, 1e-4, 2e-4, 1.0, 1.0001, 1.0002])  # rows in bursts
-SECONDS.append([*np.arange(200.0), 1e15])  # one that is damaged
 
 
 @pytest.mark.parametrize("cells", SECONDS)
@@ -53,6 +52,34 @@ def test_seconds_are_seconds(cells):
     times, remark = read(cells)
     np.testing.assert_array_equal(times, cells)
     assert remark == ""
+
+
+@pytest.mark.parametrize("damaged", [1e15, 9.96921e36, -1e20])
+def test_a_stamp_that_no_clock_shows_is_no_time(damaged):
+    times, remark = read([*np.arange(200.0), damaged])
+    np.testing.assert_array_equal(times, [*np.arange(200.0), np.nan])
+    assert remark == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    {
+        **{"time_h": 3600.0, "hours": 1.0, "time_min": 60.0, "T_d": 86400.0, "elapsed_hr": 3600.0, "time_secs": 1.0},
+        **{"time_boot_ms": 1e-3, "TimeMS": 1e-3, "Time/ms": 1e-3, "time_msec": 1e-3, "TimeUS": 1e-6, "t_ns": 1e-9},
+        **{"time": 1.0, "times": 1.0, "seconds": 1.0, "uptime": 1.0, "TIME": 1.0, "time_UTC": 1.0, "time_m": 1.0},
+    }.items(),
+)
+def test_the_name_of_a_column_of_times_may_end_in_its_unit(name, size):
+    cells = np.arange(10.0, 60.0)
+    np.testing.assert_allclose(read(cells, name=name)[0], size * cells)
+    np.testing.assert_allclose(read(cells, name=name, unit="s")[0], cells)  # what stands in brackets counts more
+
+
+@pytest.mark.parametrize("unit", ["h", "hours", "hr", "HRS", "min", "minutes", "d", "msec", "secs", "second", "us"])
+def test_units_of_times_in_a_map(unit):
+    size = {"h": 3600.0, "m": 60.0, "d": 86400.0, "s": 1.0, "u": 1e-6}[unit[0].lower()]
+    size = 1e-3 if unit == "msec" else size
+    np.testing.assert_allclose(read([0.0, 1.0, 2.0], unit="ns", of_map=unit)[0], size * np.arange(3.0))
 
 
 def test_what_the_map_or_the_head_says_counts():
@@ -135,6 +162,14 @@ def test_counts_that_nothing_explains():
     ):
         with refused(*code):
             read(cells, **clock)
+
+
+def test_a_message_from_before_a_clock_began_again():
+    day = ["23:59:59.0", "23:59:59.4", "00:00:00.2", "23:59:59.8", "00:00:00.6", "00:00:01.0"]
+    late, pause = [57, 58, 0, 59, 1, 2], [57, 58, 0, 1, 30, 31]
+    np.testing.assert_allclose(read(day)[0] - 86399.0, [0.0, 0.4, 1.2, 0.8, 1.6, 2.0], atol=1e-6)
+    np.testing.assert_allclose(read(late, wraps_every_s=60.0)[0] - 57, [0, 1, 3, 2, 4, 5])
+    np.testing.assert_allclose(read(pause, wraps_every_s=60.0)[0] - 57, [0, 1, 3, 4, 33, 34])  # no message is so late
 
 
 def test_a_clock_that_begins_again():
