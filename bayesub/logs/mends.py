@@ -106,7 +106,7 @@ def _units(data, headers) -> Iterator[Mend]:
         if all(name in data for name in group):
             remedy = f"multiply {_it(group)} by {FOOT:.4g}"
             yield Mend("unit", tuple(group), "in feet", remedy, _scale(group, FOOT))
-    for words, factor in (("ms", 1e-3), ("minutes", 60.0)):
+    for words, factor in (("ms", 1e-3), ("minutes", 60.0), ("hours", 3600.0)):
         yield Mend("unit", ("time",), f"in {words}", f"multiply it by {factor:g}", _stretch(factor))
 
 

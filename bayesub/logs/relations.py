@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from bayesub.logs.series import ANGLES, WINDOWS, Series, lengths, windows
 
@@ -150,9 +149,10 @@ def _roll_rate(v):
 
 def _velocity(values, suffix, heading):
     """(3, n) of body velocities, to the north, to the east and down."""
-    names = heading, "theta", "phi", *(f"{name}{suffix}" for name in "uvw")
-    columns = np.stack(np.broadcast_arrays(*(values[name] for name in names)), axis=1)
-    return Rotation.from_euler("ZYX", columns[:, :3]).apply(columns[:, 3:]).T
+    u, v, w = (values[f"{name}{suffix}"] for name in "uvw")
+    (a, b), (c, d), (e, f) = ((np.cos(values[name]), np.sin(values[name])) for name in (heading, "theta", "phi"))
+    ahead, across, down = u * c + (v * f + w * e) * d, v * e - w * f, (v * f + w * e) * c - u * d
+    return np.stack(np.broadcast_arrays(ahead * a - across * b, ahead * b + across * a, down))
 
 
 def _unit(name):

@@ -74,7 +74,8 @@ def windows(
 
     Times (n,) ascend, in s; there is a pair of :attr:`Series.gaps` for each column that takes part.
     """
-    edges = np.unique(np.searchsorted(times, np.arange(times[0], times[-1], length)))
+    edges = np.searchsorted(times, np.arange(times[0], times[-1], length))
+    edges = edges[np.diff(edges, prepend=-1) > 0]
     first, last = edges[:-1], edges[1:]
     whole = times[last] - times[first] <= 2.0 * length
     for begins, ends in gaps:

@@ -115,6 +115,7 @@ KINEMATICS = {
     "z up": (scaled("z", by=-1.0), "sign", "z_m"),
     "depth negative": (scaled("depth", by=-1.0), "sign", "depth_m"),
     "milliseconds": (scaled("time", by=1000.0), "unit", "time_s"),
+    "hours": (scaled("time", by=1.0 / 3600.0), "unit", "time_s"),
     "rudder to starboard": (scaled("delta_r", by=-1.0), "sign", "rudder_deg"),
     "planes the other way": (scaled("delta_s", by=-1.0), "sign", "stern_plane_deg"),
     "rudder in rad": (scaled("delta_r", by=DEGREE), "unit", "rudder_deg"),

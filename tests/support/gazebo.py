@@ -29,8 +29,8 @@ def cross(a):
 def carried(velocity, momentum):
     """The rate of change (6,) of a momentum that turns with the body, of which an engine takes mass and added mass."""
     turning = velocity[3:]
-    moment = np.cross(turning, momentum[3:]) + np.cross(velocity[:3], momentum[:3])
-    return np.append(np.cross(turning, momentum[:3]), moment)
+    moment = cross(turning) @ momentum[3:] + cross(velocity[:3]) @ momentum[:3]
+    return np.append(cross(turning) @ momentum[:3], moment)
 
 
 class Model:
@@ -68,14 +68,19 @@ class Model:
                 assert plugin.find("disable_coriolis").text == "true"
                 self.read({e.tag: float(e.text) for e in plugin if re.match("[xyzkmn][A-Z]", e.tag)} | (changes or {}))
             elif kind == "LiftDrag":
-                self.fins[plugin.find("control_joint_name").text.removesuffix("_joint")] = plugin
+                assert number(plugin, "cla") == number(plugin, "cda") == 0.0
+                lift = (
+                    number(plugin, "control_joint_rad_to_cl") * number(plugin, "area") * number(plugin, "air_density")
+                )
+                fin = 0.5 * lift, *(vector(plugin, key) for key in ("cp", "forward", "upward"))
+                self.fins[plugin.find("control_joint_name").text.removesuffix("_joint")] = fin
             elif kind == "Thruster":
                 name = plugin.find("joint_name").text
                 joint = next(j for j in model.findall("joint") if j.get("name") == name)
                 child = next(e for e in model.findall("link") if e.get("name") == joint.find("child").text)
                 axis = vector(joint, "axis/xyz")
                 place = vector(child, "pose")[:3]
-                self.thrusters[name.removesuffix("_joint")] = np.append(axis, np.cross(place, axis))
+                self.thrusters[name.removesuffix("_joint")] = np.append(axis, cross(place) @ axis)
 
     def read(self, parameters):
         for name, value in parameters.items():
@@ -96,23 +101,19 @@ class Model:
 
     def fin(self, name, angle, velocity):
         """Force and moment (6,) of LiftDrag with cla = cda = 0."""
-        plugin = self.fins[name]
-        place, forward, upward = (vector(plugin, key) for key in ("cp", "forward", "upward"))
-        assert number(plugin, "cla") == number(plugin, "cda") == 0.0
-        at = velocity[:3] + np.cross(velocity[3:], place)
-        spanwise = np.cross(forward, upward)
+        slope, place, forward, upward = self.fins[name]
+        at = velocity[:3] + cross(velocity[3:]) @ place
+        spanwise = cross(forward) @ upward
         in_plane = at - at @ spanwise * spanwise
-        pressure = 0.5 * number(plugin, "air_density") * in_plane @ in_plane * number(plugin, "area")
-        direction = np.cross(spanwise, in_plane) / np.linalg.norm(in_plane)
-        lift = number(plugin, "control_joint_rad_to_cl") * angle * pressure * direction
-        return np.append(lift, np.cross(place, lift))
+        lift = slope * angle * np.linalg.norm(in_plane) * (cross(spanwise) @ in_plane)
+        return np.append(lift, cross(place) @ lift)
 
     def rates(self, rotation, velocity, pushed):
         """Accelerations (6,), with forces and moments (6,) that come from elsewhere."""
         force = self.hydrodynamics(velocity) + pushed - carried(velocity, (self.rigid + self.fluid) @ velocity)
         up = rotation.T @ [0.0, 0.0, 1.0]
         weight, lift = -self.mass * GRAVITY * up, self.lift * up
-        force = force + np.append(weight + lift, np.cross(self.centre, weight) + np.cross(self.buoyant, lift))
+        force = force + np.append(weight + lift, cross(self.centre) @ weight + cross(self.buoyant) @ lift)
         return np.linalg.solve(self.rigid + self.fluid - self.added, force)
 
     def fly(self, times, speed, depth, pushed, substeps=1):
