@@ -266,6 +266,7 @@ def test_absurd_bodies(changes, tmp_path_factory):
         assert found is None
 
 
+@pytest.mark.slow
 @pytest.mark.rendered
 def test_from_an_outline_to_a_card(bayesub, tmp_path, monkeypatch):
     """new geometry, new vehicle, check: status 0 with warnings; a second time nothing is replaced."""

@@ -119,7 +119,11 @@ def test_guess_is_the_published_boat(module, tmp_path):
 OFF = {mariner: 1.0, npsauv: 3.0, remus: 3.0, gazebo: 0.2, mmg: 0.2}
 
 
-@pytest.mark.parametrize("module", ALL, ids=NAMES.get)
+@pytest.mark.parametrize(
+    "module",
+    [pytest.param(one, marks=pytest.mark.slow) if one is remus else one for one in ALL],
+    ids=NAMES.get,
+)
 def test_truth_in_our_equations_reproduces_the_log(module, tmp_path, monkeypatch):
     """A boat unlike the guess, flown by our simulator from the documented start with the converted controls."""
     rng = np.random.default_rng(5)

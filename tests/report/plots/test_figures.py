@@ -213,6 +213,7 @@ def test_a_figure_is_drawn_once_for_both_formats_and_labelled(draw, tmp_path, dr
     assert texts.unreadable() == []
 
 
+@pytest.mark.slow
 def test_tracks(tmp_path, drawings, spiral_track):
     sensor = Track(0.5, 0.1, interval_s=20.0, channels=("x", "y", "yaw"))
     record = observe(spiral_track, sensor, np.random.default_rng(0))
