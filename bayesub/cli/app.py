@@ -75,6 +75,9 @@ def main() -> None:
         sys.exit(status)
     except InputError as error:
         complain(str(error), BAD_INPUT)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.ctx.get_help(), err=True)
+        sys.exit(BAD_INPUT)
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         command = context.command_path if context else "bayesub"

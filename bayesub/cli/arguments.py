@@ -42,11 +42,13 @@ VEHICLE: dict[str, Any] = {"metavar": "VEHICLE", "shell_complete": _names("vehic
 MANOEUVRE: dict[str, Any] = {"metavar": "MANOEUVRE", "shell_complete": _names("manoeuvres")}
 KIND: dict[str, Any] = {"metavar": "KIND", "type": click.Choice(list(toml_files.built_in("maps")))}
 
-subproblem = click.option(
-    "--subproblem",
-    type=click.Choice(["horizontal", "vertical", "none"]),
-    help="Plane to confine the motion to; if left out, that of the manoeuvre if there is one.",
-)
+PLANES = click.Choice(["horizontal", "vertical", "none"])
+subproblem = click.option("--subproblem", type=PLANES, help="Plane of the motion; if left out, that of the manoeuvre.")
+
+
+def choice(*words: str) -> dict[str, Any]:
+    """An option that is one of some words, the first if it is left out."""
+    return {"type": click.Choice(words), "default": words[0], "show_default": True}
 
 
 def plane(subproblem: str | None) -> dict[str, Any]:

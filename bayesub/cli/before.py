@@ -62,21 +62,9 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 @click.option("-o", "--output", type=PATH, required=True, help="Track CSV to write; .csv is added if left out.")
 @click.option("--dt", type=float, metavar="S", help="Time step in seconds; if left out, a tenth of one good to 5 cm.")
 @click.option("--sample", type=float, metavar="S", help="Output interval, s; if left out, that of the controls.")
-@click.option(
-    "--controls",
-    type=click.Choice(["linear", "hold"]),
-    default="linear",
-    show_default=True,
-    help="Controls within a step: interpolated, or held as in the thesis.",
-)
+@click.option("--controls", **arguments.choice("linear", "hold"), help="Joined by lines, or held as in the thesis.")
 @arguments.subproblem
-@click.option(
-    "--attitude",
-    type=click.Choice(["euler", "quaternion"]),
-    default="euler",
-    show_default=True,
-    help="Integrate Euler angles, or a quaternion that flies through 90 degrees of pitch.",
-)
+@click.option("--attitude", **arguments.choice("euler", "quaternion"), help="A quaternion passes 90 degrees of pitch.")
 @click.option("--plot", type=PATH, help="Also draw the track into this PNG or PDF.")
 @click.option("--sensors", metavar="NAME", help="Write what these instruments log instead: a preset, or a TOML file.")
 @click.option("--perturb", type=float, metavar="SD", help="Fly coefficients off by this, relative to the file.")

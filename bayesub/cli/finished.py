@@ -176,6 +176,7 @@ def next_(
     instrument, another manoeuvre, which a short search finds, and a value from a towing tank.
     """
     from bayesub.logs.log_files import write_log
+    from bayesub.study.after.finished_run import finished_run
     from bayesub.study.after.prescription import prescribe
 
     console.quiet = as_json
@@ -185,11 +186,15 @@ def next_(
         write_log(output, {"time": manoeuvre.times} | manoeuvre.log)
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=2))
-        return
     rows = [("", *(f"{one.name} ({one.unit})" if one.unit else one.name for one in found.asked))]
     rows += [("now", *(f"{one.value:.3g} ± {sd:.1g}" for one, sd in zip(found.asked, found.before, strict=True)))]
     rows += [(way, *(f"{100 * ratio:.0f} %" for ratio in sds / found.before)) for way, sds in found.after.items()]
     say_rows(rows)
+    say("in per cent: what is left of the sd of now")
+    finished = finished_run(run)
+    if finished.doubt:
+        say(finished.doubt)
+    end(finished.verdict)
 
 
 @click.command(epilog="Example: bayesub compare runs/quickstart runs/longer -o compared")

@@ -18,12 +18,8 @@ from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import aligned, say, say_rows
 
 FOLDER = Path(str(resources.files("bayesub"))) / "manual"
-KINDS = {
-    "tutorial": "First hour",
-    "recipe": "Recipes: how to do one thing",
-    "reference": "Reference: what there is, complete",
-    "explanation": "Explanation: why it is so",
-}
+KINDS = {"tutorial": "First hour", "recipe": "Recipes: how to do one thing"}
+KINDS |= {"reference": "Reference: what there is, complete", "explanation": "Explanation: why it is so"}
 LISTED = ("equations", "vehicles", "manoeuvres", "logs", "studies")
 WIDTH = 100
 

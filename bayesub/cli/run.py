@@ -102,11 +102,8 @@ def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, 
         results.append(result)
         if output.is_dir():
             runs.write_index(output, results)
-    say_rows(
-        [("verdict", "study", "time", "folder")]
-        + [(result.verdict.upper(), result.name, duration(result.seconds), result.folder) for result in results],
-        indent="",
-    )
+    rows = [(one.verdict.upper(), one.name, duration(one.seconds), one.folder) for one in results]
+    say_rows([("verdict", "study", "time", "folder"), *rows], indent="")
     if (output / runs.INDEX).exists():
         say(f"index: {output / runs.INDEX}")
     return results
@@ -178,7 +175,7 @@ def _answer(glance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     count = f"{len(known)} of {glance['n_coefficients']} to 5 %{': ' if known else ''}"
     words = (f"{row['name']} {row['percent']:.2g} %" for row in known)
     yield "coefficients", count + _first(words, len(known), used=len(count))
-    yield "", f"{glance['n_sharper']} better than before, {glance['n_untouched']} by the prior alone"
+    yield "", f"{glance['n_sharper']} of the others better than before, {glance['n_untouched']} by the prior alone"
 
 
 def _first(words: Iterable[str], n: int, what: str = "", used: int = 0) -> str:

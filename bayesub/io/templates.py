@@ -1,6 +1,7 @@
 """Templates (Jinja): each stands beside the module that fills it, all are of one environment."""
 
-from functools import cache
+import json
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ def environment() -> "jinja2.Environment":
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
+    made.filters["toml"] = partial(json.dumps, ensure_ascii=False)  # of a text
     made.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     return made
 

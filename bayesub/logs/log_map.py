@@ -12,7 +12,7 @@ from bayesub.io.toml_files import Positive, Section, WaterDensity
 from bayesub.logs import log_files
 
 # How columns of a vehicle's own actuators end, in units and as the vehicle counts them.
-_OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_mps", "_kgm3", "_counts", "_percent", "_us")
+OWN = ("_deg", "_rpm", "_n", "_nm", "_cm3", "_m", "_mps", "_kgm3", "_counts", "_percent", "_us")
 
 
 # Units of times, in files and maps, besides s, ms, us and ns -> s; plurals are of these.
@@ -132,9 +132,9 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
         if column == "time_s":
             message = f"{where}: times come with each signal; the section [time] says what is zero"
             raise InputError(message, "unknown", key)
-        if not column.endswith(_OWN):
+        if not column.endswith(OWN):
             hint = "the page 'files' of the manual lists them, and those of a vehicle's own actuators end with one of "
-            check_known(column, known, f"{where}: unknown column", hint=hint + ", ".join(_OWN), key=key)
+            check_known(column, known, f"{where}: unknown column", hint=hint + ", ".join(OWN), key=key)
         if section.wrap and not column.endswith(("_deg", "_rad")):
             raise InputError(f"{where}: wrap is for angles; leave it out", "conflict", f"{key}.wrap")
         other = names.setdefault(log_files.short_name(column), column)

@@ -21,14 +21,8 @@ from bayesub.io.words import markdown as plain
 _ROLE = re.compile(r":\w+:`~?([^`]+)`")
 _WORD = re.compile(r"\w+")
 _REDUCE: dict[str, Callable] = {"min": min, "max": max, "mean": mean, "median": median, "sum": sum, "count": len}
-_EACH: dict[str, Callable] = {
-    "percent": lambda x: 100 * x,
-    "per cent more": lambda x: 100 * (x - 1),
-    "milli": lambda x: 1e3 * x,
-    "centi": lambda x: 1e2 * x,
-    "size": abs,
-    "hours": lambda x: x / 3600,
-}
+_EACH: dict[str, Callable] = {"percent": lambda x: 100 * x, "per cent more": lambda x: 100 * (x - 1), "size": abs}
+_EACH |= {"milli": lambda x: 1e3 * x, "centi": lambda x: 1e2 * x, "hours": lambda x: x / 3600}
 _TESTS = {"below": operator.lt, "above": operator.gt}
 _PLACE = re.compile(r"\{([^{}]+)\}")
 

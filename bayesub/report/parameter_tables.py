@@ -125,11 +125,9 @@ def _cells(numbers, plus_minus, power_text, quote="") -> list[str]:
     """The cells of numbers: prior, posterior and interval, each with its power of ten, and the contraction."""
     prior_mean, prior_sd, mean, sd, q5, q95, contraction = numbers
     cells = []
-    for values, width, join in (
-        ((prior_mean, prior_sd), prior_sd, f" {plus_minus}"),
-        ((mean, sd), sd, f" {plus_minus}"),
-        ((q5, q95), sd, r" \ldots " if quote else " to "),
-    ):
+    joins = f" {plus_minus}", f" {plus_minus}", r" \ldots " if quote else " to "
+    pairs = ((prior_mean, prior_sd), prior_sd), ((mean, sd), sd), ((q5, q95), sd)
+    for (values, width), join in zip(pairs, joins, strict=True):
         texts, power = rounded(values, width)
         text = join.join(texts)
         cells.append(f"{quote}{f'({text}){power_text.format(power)}' if power else text}{quote}")

@@ -79,12 +79,8 @@ def sheet(prediction: PredictedTrial, **about) -> Sheet:
     for log in numbers["predictions"]:
         if log["channels"]:
             parts.insert(1, _scores_table(log))
-    draws = numbers["motion"]["draws"]
-    facts = {
-        "Vehicle": prediction.vehicle.name,
-        "Water": prediction.water,
-        "Draws": ", ".join(f"{by} {n}" for by, n in draws.items() if by in (POSTERIOR, PRIOR)),
-    }
+    draws = ", ".join(f"{by} {n}" for by, n in numbers["motion"]["draws"].items() if by in (POSTERIOR, PRIOR))
+    facts = {"Vehicle": prediction.vehicle.name, "Water": prediction.water, "Draws": draws}
     last = f"{numbers['motion']['last_s']:.4g} s"
     question = f"What does the posterior of {prediction.run} say of {prediction.name}, {last}?"
     return Sheet(f"{prediction.name}: {prediction.vehicle.name} predicted", question, verdicts, facts, parts, **about)

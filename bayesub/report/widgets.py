@@ -24,12 +24,8 @@ def content(results: Results, reference: np.ndarray, word: str) -> dict:
 
     `reference` (n_others,): values that ratios refer to, histories of forces left out; `word`: what they are.
     """
-    return {
-        "word": word,
-        "intervals": _intervals(results, reference),
-        "pairs": _pairs(results, reference, word),
-        "trials": list(_trials(results, synthetic=word == "truth")),
-    }
+    intervals, trials = _intervals(results, reference), list(_trials(results, synthetic=word == "truth"))
+    return {"word": word, "intervals": intervals, "pairs": _pairs(results, reference, word), "trials": trials}
 
 
 def pack(values: np.ndarray, kind: str = "u2") -> dict:
@@ -63,14 +59,8 @@ def _intervals(results, reference) -> dict:
         {"name": name, "reference": one if k < n and one else None, "value": one, "prior": ends, "posterior": found}
         for k, (name, one, ends, found) in enumerate(zip(sample.names, *values, strict=True))
     ]
-    sets = [
-        {
-            "method": estimate.method,
-            "values": _rounded(estimate.solutions[:, [estimate.names.index(name) for name in sample.names[:n]]].T),
-        }
-        for estimate in results.estimates
-    ]
-    return {"rows": rows, "sets": sets}
+    found = ((e.method, e.solutions[:, [e.names.index(name) for name in sample.names[:n]]]) for e in results.estimates)
+    return {"rows": rows, "sets": [{"method": method, "values": _rounded(values.T)} for method, values in found]}
 
 
 def _pairs(results, reference, word: str) -> dict:
@@ -118,12 +108,8 @@ def _channel(channel, predicted, truth, part, stride: int) -> dict:
     lines = {"residual": factor * channel.values[::stride] - centre, "low": low, "high": high}
     if truth is not None:
         lines["truth"] = factor * truth[part][::stride] - centre
-    return {
-        "label": label,
-        "sd": float(factor * channel.total_sd),
-        "times": pack(channel.times[::stride], "u4"),
-        "lines": {name: pack(values) for name, values in lines.items()},
-    }
+    times, packed = pack(channel.times[::stride], "u4"), {name: pack(values) for name, values in lines.items()}
+    return {"label": label, "sd": float(factor * channel.total_sd), "times": times, "lines": packed}
 
 
 def _path(record, tracks, truth) -> dict:

@@ -62,6 +62,14 @@ def test_an_error_of_a_command_names_its_help(bayesub, words, said):
     assert (status, out, err) == (2, "", said)
 
 
+@pytest.mark.parametrize("words", [(), ("new",)])
+def test_without_arguments_there_is_the_help(bayesub, words):
+    status, out, err = bayesub(*words)
+    assert (status, out) == (2, "")
+    assert err.splitlines()[0].startswith("Usage: bayesub")
+    assert "\\n" not in err
+
+
 def completed(*words):
     """What bash would offer for the last of the words; the word "file" where it offers files."""
     found = BashComplete(app.app, {}, "bayesub", "_BAYESUB_COMPLETE").get_completions(list(words[:-1]), words[-1])

@@ -1,11 +1,13 @@
 """`bayesub next`: what a further trial, a manoeuvre or a tank value promises, against sums done by hand."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
 from support import refusals
 
+from bayesub.findings.verdicts import IN_CONFLICT, STATUS, in_words
 from bayesub.inference.sampling import posterior_file
 from bayesub.io.errors import InputError
 from bayesub.study.after import prescription
@@ -42,6 +44,7 @@ def test_by_default_what_the_trial_sees_most_of_and_the_best_way_first(bayesub, 
     """A table with a column for each; ways are in the order of what they leave."""
     status, out, err = bayesub("next", str(finished()))
     assert status == 0, err
+    assert out.splitlines()[-1] == "in per cent: what is left of the sd of now"
     rows = [line for line in out.splitlines() if line.rstrip().endswith("%") and "manoeuvres" not in line]
     left = [
         np.mean(np.log([float(word) for word in row.replace("to 5 %", "").replace("%", "").split()[-3:]]))
@@ -76,6 +79,19 @@ def test_a_boat_that_may_move_no_control_is_told_what_needs_none(bayesub, finish
     status, out, err = bayesub("next", str(finished()), "--json")
     assert status == 0, err
     assert all(set(one["after"]) and "another" not in str(one) for one in json.loads(out).values())
+
+
+def test_an_answer_in_doubt_is_said_to_be_so(bayesub, finished, tmp_path):
+    """The table all the same, and the status of the verdict, in JSON too."""
+    run = tmp_path / "run"
+    shutil.copytree(finished(), run)
+    outcome = json.loads((run / "outcome.json").read_text())
+    (run / "outcome.json").write_text(json.dumps(outcome | {"verdict": IN_CONFLICT, "status": STATUS[IN_CONFLICT]}))
+    status, out, _ = bayesub("next", str(run))
+    assert (status, out.splitlines()[-1]) == (STATUS[IN_CONFLICT], in_words(IN_CONFLICT))
+    status, out, _ = bayesub("next", str(run), "--json")
+    assert status == STATUS[IN_CONFLICT]
+    assert json.loads(out)
 
 
 def test_what_is_no_run_or_no_coefficient_of_it_is_refused(bayesub, finished, tmp_path):

@@ -92,7 +92,7 @@ def finished_run(folder: str | Path) -> FinishedRun:
     if "sources_sha256" not in config:
         raise InputError(f"{folder}: {CONFIG} has no sources_sha256; run its study again", "state")
     if (result := load_result(folder)) is None:
-        raise InputError(f"{folder}: the run has not finished; continue it with bayesub run .. --resume", "state")
+        raise InputError(f"{folder}: the run has not finished; continue it with --resume", "state")
     if not (folder / POSTERIOR).exists():
         raise InputError(f"{folder}: {POSTERIOR} is missing; run the study again", "state", POSTERIOR)
     posterior = posterior_file.load(folder / POSTERIOR)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from bayesub.io import toml_files
 from bayesub.io.atomic import reason
-from bayesub.io.errors import InputError, error_source, one_line
+from bayesub.io.errors import InputError, check_known, error_source, one_line
 
 if TYPE_CHECKING:
     from bayesub.findings.data_card import DataCard
@@ -67,6 +67,10 @@ def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
     for key, describe in _KINDS.items():
         if key in keys:
             return describe(path)
+    from bayesub.design.limits import Limits
+
+    if keys.keys() & Limits.model_fields.keys():
+        return _limits(path)
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
         "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors'), a "
@@ -109,8 +113,11 @@ def _study(path: Path) -> Examined:
     import numpy as np
 
     from bayesub.findings import data_card
+    from bayesub.study.run.infer import refuse_unreachable
     from bayesub.study.run.prepare import prepare
 
+    for one in (study, load_study(path, quick=True)):
+        refuse_unreachable(one)
     setup = prepare(study)
     cost, problem = _cost(setup), setup.problem
     if not np.isfinite(problem.predicted(problem.prior.mean)).all():  # the boat of the prior means fails
@@ -160,10 +167,14 @@ def _autopilot(path: Path) -> Examined:
 
 
 def _limits(path: Path) -> Examined:
-    from bayesub.design.limits import load_limits
+    from bayesub.design.limits import Limits, load_limits
+    from bayesub.logs.log_map import OWN
 
-    limits = load_limits(path).model_dump(exclude_none=True)
-    return f"limits of a trial: {', '.join(f'{key} {value:g}' for key, value in limits.items())}", None
+    limits = load_limits(path)
+    for name in (name for name in limits.of_controls if not name.removesuffix("ps").endswith(OWN)):
+        check_known(name, Limits.model_fields, f"{path}: unknown key '{name}'", key=name)
+    values = limits.model_dump(exclude_none=True)
+    return f"limits of a trial: {', '.join(f'{key} {value:g}' for key, value in values.items())}", None
 
 
 def _disturbance_file(path: Path) -> Examined:
@@ -178,14 +189,12 @@ def _disturbance_file(path: Path) -> Examined:
 _KINDS: dict[str, Callable[[Path], Examined]] = {
     "coefficients": _vehicle,
     "terms": _equations,
-    "vehicle": _study,
+    **dict.fromkeys(("vehicle", "manoeuvre", "data", "trials"), _study),
     "hull": _geometry,
     "columns": _map,
     "kind": _manoeuvre,
     "sensors": _instruments,
     "disturbance": _disturbance_file,
-    "share_of_draws": _limits,
-    "min_rpm_percent": _limits,
     "interval_s": _autopilot,
 }
 

@@ -20,6 +20,8 @@ from bayesub.inference import baselines, identifiability
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
 from bayesub.inference.sampling.histories import foretold_seconds
+from bayesub.inference.sampling.posterior import JUDGED_STEPS, N_ENSEMBLES
+from bayesub.inference.sampling.sampler import N_WALKERS
 from bayesub.io import seeds, toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
@@ -52,6 +54,7 @@ T = TypeVar("T")
 def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
     """Do the work of a study in an opened folder, if wanted with a cross-check by NUTS and with trials left out."""
     folder, progress = context.folder, context.progress
+    refuse_unreachable(setup.study)
     progress.stage("simulate or read the trials")
     refuse_misread(setup, progress)
     problem = setup.problem
@@ -89,6 +92,24 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     else:
         (folder / SUGGESTED).unlink(missing_ok=True)
     return result
+
+
+def refuse_unreachable(study: Study) -> None:
+    """InputError for coefficients that are named twice, and for a stopping rule that no posterior meets."""
+    sampler, named = study.sampler, () if isinstance(study.free.coefficients, str) else study.free.coefficients
+    for name in (name for k, name in enumerate(named) if name in named[:k]):
+        text = f"{study.source}: key 'free.coefficients': '{name}' is named twice"
+        raise InputError(f"{text}; name it once", "conflict", "free.coefficients")
+    steps = 3 * JUDGED_STEPS // 4
+    draws = steps * sampler.n_ensembles * (sampler.n_walkers or N_WALKERS)
+    for key, value, is_wrong, least in (
+        ("n_ensembles", sampler.n_ensembles, sampler.n_ensembles < N_ENSEMBLES, f"at least {N_ENSEMBLES}"),
+        ("ess", sampler.ess, sampler.ess > draws, f"at most {draws}, or more walkers"),
+        ("taus", sampler.taus, sampler.taus > steps, f"at most {steps}"),
+    ):
+        if is_wrong:
+            text = f"{study.source}: key 'sampler.{key}': no posterior is judged converged with {value:g}"
+            raise InputError(f"{text}; give {least}", "value", f"sampler.{key}")
 
 
 def suggest(study: Study, lines: str, folder: Path) -> Path:
@@ -185,7 +206,8 @@ def read_back(file: Path, made: Callable[[Any], T]) -> T:
     try:
         return made(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        text = f"{file.parent}: {file.name} is damaged ({error}); run the study again"
+        state = f"damaged ({error})" if file.exists() else "missing"
+        text = f"{file.parent}: {file.name} is {state}; run the study again with --force"
         raise InputError(text, "format", file.name) from None
 
 

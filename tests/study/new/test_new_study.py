@@ -58,6 +58,17 @@ def test_files_are_named_from_the_study_file(tmp_path, monkeypatch):
     assert prepare(posed).vehicle.name == "auv690"
 
 
+def test_names_of_files_are_texts_of_toml(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    boat, flown = 'a "fast" boat.toml', "it's\\flown.toml"
+    (tmp_path / boat).write_bytes(toml_files.built_in("vehicles")["auv690"].read_bytes())
+    (tmp_path / flown).write_bytes(toml_files.built_in("manoeuvres")["horizontal"].read_bytes())
+    path = Path("first.toml")
+    path.write_text(simulated("first", path, boat, flown))
+    study = load_study(path)
+    assert (study.vehicle, study.manoeuvre) == (boat, flown)
+
+
 def sensors_of(path, **columns):
     """The sensors that a new study proposes for columns (n,) of a log, written with ten digits, a row a second."""
     columns = {"time_s": np.arange(len(columns["x_m"])), "rudder_deg": np.zeros(len(columns["x_m"]))} | columns
