@@ -158,7 +158,7 @@ def list_(what: str, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(entries, indent=2))
         return
-    for n, (kind, texts) in enumerate(entries.items()):
+    for n, (kind, texts) in enumerate(item for item in entries.items() if item[1]):
         say("\n" * (n > 0) + kind.capitalize())
         say_rows(texts.items())
 

@@ -82,9 +82,10 @@ def unwrapped(times: np.ndarray, period: float | None) -> np.ndarray:
 
 
 def _unit_of(name: str) -> str:
-    """The unit at the end of the name of a column of times, such as ``time_boot_ms``, TimeUS or ``time_h``; or none."""
-    *words, last = re.findall(r"[A-Zµ]+(?![a-z])|[A-Zµ]?[a-zµ]+", name)
-    return last if words and (last.lower() in {*TIMES, *COUNTS}) else ""
+    """The unit but for days at the end of the name of a column of times, ``time_boot_ms`` or TimeUS; or none."""
+    words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
+    known = len(words) > 1 and (words[-1] in COUNTS or words[-1].removesuffix("s") in TIMES.keys() - {"d", "day"})
+    return words[-1] if known else ""
 
 
 def _blocks(texts: Any) -> Iterator[Any]:

@@ -60,7 +60,7 @@ def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
         return f"study script: {script.question(path, functions=script.FUNCTIONS)}", None
     if path.name.lower().endswith((".csv", ".csv.gz")):
         return _log(path, vehicles)
-    if path.suffix not in (".toml", "") and path.is_file():
+    if path.suffix.lower() not in (".toml", "") and path.is_file():
         hint = "bayesub convert makes logs of what vehicles write"
         raise InputError(f"{path}: is no log (.csv), TOML file or script (.py); {hint}", "format")
     keys = toml_files.read_toml_table(path)

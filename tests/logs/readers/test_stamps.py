@@ -64,7 +64,7 @@ def test_a_stamp_that_no_clock_shows_is_no_time(damaged):
 @pytest.mark.parametrize(
     ("name", "size"),
     {
-        **{"time_h": 3600.0, "hours": 1.0, "time_min": 60.0, "T_d": 86400.0, "elapsed_hr": 3600.0, "time_secs": 1.0},
+        **{"time_h": 3600.0, "hours": 1.0, "time_min": 60.0, "elapsed_hrs": 3600.0, "time_secs": 1.0, "0": 1.0},
         **{"time_boot_ms": 1e-3, "TimeMS": 1e-3, "Time/ms": 1e-3, "time_msec": 1e-3, "TimeUS": 1e-6, "t_ns": 1e-9},
         **{"time": 1.0, "times": 1.0, "seconds": 1.0, "uptime": 1.0, "TIME": 1.0, "time_UTC": 1.0, "time_m": 1.0},
     }.items(),
@@ -73,6 +73,13 @@ def test_the_name_of_a_column_of_times_may_end_in_its_unit(name, size):
     cells = np.arange(10.0, 60.0)
     np.testing.assert_allclose(read(cells, name=name)[0], size * cells)
     np.testing.assert_allclose(read(cells, name=name, unit="s")[0], cells)  # what stands in brackets counts more
+
+
+@pytest.mark.parametrize(("name", "zero"), [("julian_day", 2440587.5), ("MATLAB days", 719529.0), ("t_d", 25569.0)])
+def test_days_at_the_end_of_a_name_are_counted_from_what_they_show(name, zero):
+    times, remark = read(ROWS / 86400.0 + zero, name=name)
+    np.testing.assert_allclose(times, ROWS, atol=1e-4, rtol=0)
+    assert "begins on 2021-01-30" in remark
 
 
 @pytest.mark.parametrize("unit", ["h", "hours", "hr", "HRS", "min", "minutes", "d", "msec", "secs", "second", "us"])
