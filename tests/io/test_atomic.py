@@ -2,6 +2,7 @@
 
 import csv
 import resource
+import sys
 import tempfile
 from pathlib import Path
 
@@ -67,8 +68,12 @@ def test_the_ledger_has_what_was_written_and_removal_keeps_to_it(tmp_path):
 
 
 @pytest.fixture
-def full():
-    """full(): from now on no file of this process gets longer than 300 bytes, as on a disk that fills up."""
+def full(monkeypatch):
+    """full(): from now on no file of this process gets longer than 300 bytes, as on a disk that fills up.
+
+    Python before 3.12.8 would keep the beginning of what it compiles as if it were the whole.
+    """
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (300, hard))
     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

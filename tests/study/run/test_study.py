@@ -295,7 +295,7 @@ def beside_files(folder):
         manoeuvre="beside/history.csv",
         prior=PRIOR | {"table": "beside/tank.csv"},
         baselines={"sqp_starts": 2},
-        sampler={"ess": 1e6, "max_steps": 100},
+        sampler={"ess": 11_000.0, "max_steps": 100},
     )
 
 
