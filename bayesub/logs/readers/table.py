@@ -26,7 +26,7 @@ PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute",
 NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of one stamp end, in ROS
 MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
 BLOCK, ROWS = 1 << 22, 65536  # characters and rows that are read at a time
-PACKED = {b"PK": "is a workbook or an archive; save it as CSV, or unpack it", b"\x1f\x8b": "is compressed; unpack it"}
+PACKED = {b"PK\3\4": "is a workbook or an archive; save it as CSV", b"\x1f\x8b": "is compressed; unpack it"}
 
 # Bytes that are no UTF-8, as Python escapes them -> what they are in Windows.
 WINDOWS = {0xDC00 + byte: bytes([byte]).decode("cp1252", errors="replace") for byte in range(128, 256)}
@@ -186,9 +186,10 @@ def _lines(path: Path, remarks: list[str], progress: Progress) -> Iterator[list[
     if not begin.startswith((b"\xff\xfe", b"\xfe\xff")):
         is_wide = max(wide) > 0.8 * len(begin) / 2 and min(wide) < 0.1 * len(begin)
         encoding, wrong = (wide[max(wide)], wrong) if is_wide else ("utf-8-sig", "surrogateescape")
-    if encoding == "utf-8-sig" and (b"\0" in begin.rstrip(b"\0") or begin[:2] in PACKED):
+    packed = [words for mark, words in PACKED.items() if begin.startswith(mark)]
+    if packed or (encoding == "utf-8-sig" and b"\0" in begin.rstrip(b"\0")):
         other = "is not text; bayesub convert --help lists the kinds of logs that are not"
-        raise InputError(f"{path}: {PACKED.get(begin[:2], other)}", "format")
+        raise InputError(f"{path}: {(*packed, other)[0]}", "format")
     n, last, size = 0, "", path.stat().st_size
     with path.open("rb") as content, io.TextIOWrapper(content, encoding, wrong) as file:
         while texts := file.readlines(BLOCK):

@@ -521,12 +521,14 @@ def test_a_minus_of_a_spreadsheet(tmp_path):
     np.testing.assert_array_equal(readers.read("csv", [tmp_path / "t.csv"]).signals["yaw_deg"].values, [-1.5, 2.5])
 
 
-@pytest.mark.parametrize("begin", [b"PK\3\4", b"\x1f\x8b\x08"])
-def test_what_is_packed_is_to_be_unpacked(begin, tmp_path):
+@pytest.mark.parametrize(("begin", "remedy"), [(b"PK\3\4", "save it as CSV"), (b"\x1f\x8b\x08", "unpack it")])
+def test_what_is_packed_is_to_be_unpacked(begin, remedy, tmp_path):
     (tmp_path / "t.csv").write_bytes(begin + bytes(range(256)))
     with refused("format") as error:
         readers.read("csv", [tmp_path / "t.csv"])
-    assert "unpack it" in str(error.value)
+    assert remedy in str(error.value)
+    (tmp_path / "t.csv").write_text("PKT,t\n1,0\n2,1\n")
+    assert list(readers.read("csv", [tmp_path / "t.csv"]).signals) == ["PKT"]
 
 
 @pytest.mark.parametrize("void", ["ERR", "---", "NaN", ""])
