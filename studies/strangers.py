@@ -8,7 +8,7 @@ Claim: 90 % intervals hold 85 to 95 % of the coefficients that have a counterpar
 predicted within one per cent of its path (median boat). Where the equations of the fit lack a term of the simulator,
 and what is left exceeds the noise, the model check says so for every boat. Whether unmodelled forces then name the
 term is in the table, boat by boat.
-Cost: twenty-five minutes, some of it to compile five sets of equations.
+Cost: six minutes on two cores, some of it to compile five sets of equations.
 """
 
 from functools import partial
