@@ -179,9 +179,9 @@ def next_(
     from bayesub.study.after.finished_run import finished_run
     from bayesub.study.after.prescription import prescribe
 
-    console.quiet = as_json
+    console.quiet, finished = as_json, finished_run(run)
     with Bars() as bars:
-        found, manoeuvre = prescribe(run, wanted, limits, seed=seed, progress=bars)
+        found, manoeuvre = prescribe(finished, wanted, limits, seed=seed, progress=bars)
     if output is not None and manoeuvre is not None:
         write_log(output, {"time": manoeuvre.times} | manoeuvre.log)
     if as_json:
@@ -191,7 +191,6 @@ def next_(
     rows += [(way, *(f"{100 * ratio:.0f} %" for ratio in sds / found.before)) for way, sds in found.after.items()]
     say_rows(rows)
     say("in per cent: what is left of the sd of now")
-    finished = finished_run(run)
     if finished.doubt:
         say(finished.doubt)
     end(finished.verdict)

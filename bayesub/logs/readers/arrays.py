@@ -198,8 +198,8 @@ def _visit_hdf5(name: str, item: Any, arrays: Arrays) -> None:
         for field in item.dtype.names:
             if table[field].dtype.kind in "biuf":
                 arrays[f"{name}.{field}"] = table[field], ""
-    elif h5py.check_string_dtype(item.dtype) is not None:
-        arrays[name] = np.squeeze(np.array(item.asstr()[()], dtype=str)), ""
+    elif h5py.check_string_dtype(item.dtype) is not None and item.size:
+        arrays[name] = np.squeeze(np.array(item.asstr(errors="replace")[()], dtype=str)), ""
     elif h5py.check_ref_dtype(item.dtype) is not None and item.size:
         cells = [item.file[reference] for reference in item[()].ravel()]
         if all(isinstance(cell, h5py.Dataset) and cell.size == 1 and cell.dtype.kind in "biuf" for cell in cells):
@@ -210,11 +210,12 @@ def _visit_hdf5(name: str, item: Any, arrays: Arrays) -> None:
             _visit_hdf5(f"{name}[{k}]" if kind == b"cell" or not parent else f"{parent}[{k}].{field}", cell, arrays)
     elif item.dtype.kind in "biuf" and kind != b"char" and "MATLAB_empty" not in item.attrs:
         is_unsigned = np.ravel(item.attrs.get("_Unsigned", ""))[0] in (b"true", "true")  # as NetCDF 3 had to say
-        read = item[()].view(f"u{item.dtype.itemsize}") if is_unsigned and item.dtype.kind == "i" else item[()]
-        values = np.array(read, dtype=float)
-        for marks in (np.ravel(item.attrs.get(key, ())) for key in ("_FillValue", "missing_value")):
-            if marks.dtype.kind in "biuf":
-                values[np.isin(read, marks[np.isfinite(marks)].astype(read.dtype))] = np.nan
+        values = np.array(item, dtype=float)
+        given = [np.ravel(item.attrs.get(key, ())) for key in ("_FillValue", "missing_value")]
+        marks = np.concatenate([np.zeros(0), *(one for one in given if one.dtype.kind in "biuf")])
+        if is_unsigned and item.dtype.kind == "i":
+            values, marks = (numbers % 2.0 ** (8 * item.dtype.itemsize) for numbers in (values, marks))
+        values[np.isin(values, marks)] = np.nan
         scales = (("scale_factor", 1.0), ("add_offset", 0.0))
         factor, offset = (float(np.ravel(item.attrs.get(*key))[0]) for key in scales)
         unit = item.attrs.get("units", "")

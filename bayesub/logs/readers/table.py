@@ -156,7 +156,7 @@ def _text(path: Path, progress: Progress) -> Table:
             try:
                 if whole:
                     frame = pd.read_csv(io.StringIO("\n".join(whole)), **options)
-                    for k in frame.select_dtypes(["object", "string"]) if group else ():
+                    for k in [k for k in frame if group and frame[k].dtype.kind not in "biuf"]:
                         texts = frame[k].astype(str)
                         is_grouped = texts.str.fullmatch(_GROUPED[group])
                         frame.loc[is_grouped, k] = texts[is_grouped].str.replace(group, "", regex=False)

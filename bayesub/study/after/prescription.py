@@ -12,26 +12,25 @@ from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.study.after.finished_run import finished_run
+from bayesub.study.after.finished_run import FinishedRun
 from bayesub.study.run.prescribed import prescription
 
 
 def prescribe(
-    folder: Path,
+    run: FinishedRun,
     wanted: tuple[str, ...] = (),
     limits: Path | None = None,
     *,
     seed: int = 0,
     progress: Progress = SILENT,
 ) -> tuple[Prescription, Manoeuvre | None]:
-    """What to do after the run in a folder for names that are `wanted`, and the manoeuvre; None if no control may move.
+    """What to do after a run for names that are `wanted`, and the manoeuvre; None if no control may move.
 
-    `limits` is a file of ``bayesub new limits``. InputError for a folder that is no run of a study, a run that has not
-    converged, and names that it does not know.
+    `limits` is a file of ``bayesub new limits``. InputError for a run that has not converged, and names that it does
+    not know.
     """
-    run = finished_run(folder)
     if run.verdict == NOT_CONVERGED:
-        what = f"{folder}: the run has not converged, and its posterior may be wrong"
+        what = f"{run.folder}: the run has not converged, and its posterior may be wrong"
         remedy = "raise max_steps of [sampler] in its study and continue it with --resume"
         raise InputError(f"{what}; {remedy}", "state")
     found = prescription(run.setup(), run.posterior, wanted)

@@ -74,7 +74,7 @@ def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
     raise InputError(
         f"{path}: is neither a vehicle (no 'coefficients'), an equation set (no 'terms'), a geometry (no 'hull'), a "
         "map of a log (no 'columns'), a manoeuvre (no 'kind'), a study (no 'vehicle'), instruments (no 'sensors'), a "
-        "disturbance (no 'disturbance'), limits (no 'min_rpm_percent') nor an autopilot (no 'interval_s')",
+        "disturbance (no 'disturbance'), limits (none of their keys) nor an autopilot (no 'interval_s')",
         "format",
     )
 

@@ -401,6 +401,20 @@ def test_marks_and_integers_of_netcdf(tmp_path):
     assert signals["yaw"].unit == "deg"
 
 
+def test_what_hdf5_has_beside_the_signals_costs_none(tmp_path):
+    """Texts that are empty or no UTF-8, and marks that no integer has or that are texts."""
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["time"], file["note"] = np.arange(5.0), np.array([b"caf\xe9"] * 5, dtype="S6")
+        file["nothing"] = h5py.Empty(h5py.string_dtype())
+        file["z"] = np.array([0, 1, 0, 2, -32768], dtype="i2")
+        file["z"].attrs.update({"missing_value": 1e20, "_FillValue": "none"})
+    signals = readers.read("netcdf", [tmp_path / "a.h5"]).signals
+    np.testing.assert_array_equal(signals["z"].values, [0.0, 1.0, 0.0, 2.0, -32768.0])
+    assert set(signals) == {"z"}
+
+
 def test_dates_and_gaps_of_matlab(tmp_path):
     """Dates in a matrix of letters, and a structure of which one element is empty."""
     from scipy import io
@@ -418,10 +432,11 @@ def test_columns_of_parquet_that_hold_more_than_a_number(tmp_path):
     import pandas as pd
 
     when = pd.Timestamp("2026-05-01T10:00:00", tz="UTC") + pd.to_timedelta(np.arange(3), unit="s")
-    data = {"psi": [1.0, 2.0, 3.0], "pose": [[1.0], [2.0], [3.0]], "gps": [{"x": 1}] * 3, "when": when}
+    data = {"psi": ["1,001.0", "2.002,0", "3"], "pose": [[1.0], [2.0], [3.0]], "gps": [{"x": 1}] * 3, "when": when}
     pd.DataFrame(data).to_parquet(tmp_path / "a.parquet")
     log = readers.read("parquet", [tmp_path / "a.parquet"])
     np.testing.assert_allclose(log.signals["psi"].times, 1777629600.0 + np.arange(3.0))
+    np.testing.assert_array_equal(log.signals["psi"].values, [1001.0, 2002.0, 3.0])
     assert set(log.signals) == {"psi"}
     assert [remark.partition(" holds")[0] for remark in log.remarks] == ["'pose'", "'gps'"]
 
