@@ -3,6 +3,7 @@
 import builtins
 import json
 import os
+import platform
 from pathlib import Path
 
 import pytest
@@ -81,6 +82,37 @@ def designed(run):
 def draw(run, numbers): ...
 def claims(numbers): yield True, ""
 '''
+
+MEMORY = '''"""Do workers keep the memory of arrays that are gone?
+
+Claim: yes.
+"""
+import resource
+
+import numpy as np
+
+
+def faults(k):
+    np.ones(1_000_000)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(50):
+        np.ones(1_000_000)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+
+
+def compute(run): return {"faults": run.repeat("faults", faults, 2)}
+def draw(run, numbers): ...
+def claims(numbers): yield max(numbers["faults"]) < 10_000, "pages are asked for again"
+'''
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other libraries give memory back by other rules")
+def test_workers_of_this_machine_keep_memory(bayesub, tmp_path):
+    """Fifty arrays of 2000 pages one after the other; Dask has its workers give back each."""
+    pytest.importorskip("distributed")
+    (tmp_path / "study.py").write_text(MEMORY)
+    status, out, err = bayesub("run", tmp_path / "study.py", "-o", tmp_path / "run", "--dask", "local:2")
+    assert (status, out.splitlines()[-1]) == (0, "CLAIM HOLDS"), out + err
 
 
 def test_three_executors_give_the_same_bits(bayesub, tmp_path, monkeypatch):
