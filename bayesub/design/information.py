@@ -48,8 +48,9 @@ class Information:
 
     @property
     def relative_sd(self) -> np.ndarray:
-        """(n,) expected posterior standard deviations over the size of the values."""
-        return self.posterior_sd / np.abs(self.values)
+        """(n,) expected posterior standard deviations over the size of the values, infinite of what is zero."""
+        with np.errstate(divide="ignore"):
+            return self.posterior_sd / np.abs(self.values)
 
     def n_known(self, share: float) -> int:
         """Number of coefficients with an expected posterior sd of at most a share of their value."""

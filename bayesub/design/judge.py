@@ -87,19 +87,13 @@ class Judge:
         Unless it is given readings (n_readings,), those of one channel after those of another.
         """
         channels = unread(self.sensors, manoeuvre.duration).channels
-        ends = np.cumsum([len(c.times) for c in channels])
-        values = [c.values for c in channels] if readings is None else np.split(readings, ends[:-1])
-        record = Record(
-            tuple(
-                replace(c, values=own, sd=expected_sd(c.sd, c.resolution), resolution=0.0)
-                for c, own in zip(channels, values, strict=True)
-            )
-        )
+        record = Record(tuple(replace(c, sd=expected_sd(c.sd, c.resolution), resolution=0.0) for c in channels))
         manoeuvre = replace(manoeuvre, subproblem=self.subproblem)
-        return Problem(
+        problem = Problem(
             self.vehicle, manoeuvre, record, free=self.names, prior=self.prior, nuisance=dict(self.nuisance), dt=step_s,
             noise={name: _without_readings(one) for name, one in self.noise.items()}, disturbance=self.disturbance,
         )  # fmt: skip
+        return problem if readings is None else problem.with_readings(readings)
 
     def information(self, manoeuvre: Manoeuvre) -> list[Information]:
         """The expected information of a manoeuvre, at each of :attr:`sets`."""

@@ -204,11 +204,14 @@ def best(answers: dict[str, Found]) -> str:
 
 def with_manoeuvre(
     found: Prescription, kinds: dict[str, Family], flights: Range, seed: int, progress: Progress = SILENT
-) -> tuple[Prescription, Manoeuvre]:
-    """The same with the best of a short search in families of manoeuvres within limits, and that manoeuvre."""
+) -> tuple[Prescription, Manoeuvre | None]:
+    """The same with the best of a short search in families of manoeuvres, and that manoeuvre; None within no limits."""
     with TemporaryDirectory() as costs:
         plan = Plan(found.judge, flights, kinds, found.goal, 1, seed, Path(costs))
         *_, (_, searches) = plan.stages((N_JUDGED, 0), progress)
     kind = best(searches)
     (manoeuvre,) = plan.cost(kind).manoeuvres(searches[kind].numbers)
+    if flights.penalty(flights.margins(manoeuvre)) > 0.0:
+        progress.remark(f"no other manoeuvre: none of those that were tried keeps the limits; widen them ({kind})")
+        return found, None
     return found.with_ways({f"another manoeuvre ({kind})": found.judge.information(manoeuvre)[0]}), manoeuvre

@@ -84,21 +84,14 @@ class Prescription:
         return content
 
 
-def prescribe(
-    judge: Judge, manoeuvre: Manoeuvre, wanted: Sequence[str] = (), derived: Sequence[str] = ()
-) -> Prescription:
+def prescribe(judge: Judge, manoeuvre: Manoeuvre, wanted: Sequence[str] = ()) -> Prescription:
     """What a repetition of a trial, an instrument and a tank value would do for the names that are `wanted`.
 
-    By default these are the quantities in `derived` that the boat has and that depend on what is inferred, or else the
-    five coefficients that the trial again would see most of. InputError for a name that is not known.
+    By default these are the five coefficients that the trial again would see most of. InputError for a name that is not
+    known.
     """
     (again,), empty = judge.information(manoeuvre), judge.empty()
     asked = [asked_by_name(name, judge) for name in dict.fromkeys(wanted)]
-    for name in () if wanted else derived:
-        try:
-            asked.append(asked_by_name(name, judge))
-        except InputError:  # nothing that this boat, or this trial, has
-            continue
     seen = np.argsort(-np.diag(again.gram) * np.diag(empty.covariance))[:N_ASKED]
     asked = asked or [asked_by_name(judge.names[k], judge) for k in seen]
     instruments = further_sensors(judge, manoeuvre, further_instruments(judge))

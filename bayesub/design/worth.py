@@ -36,14 +36,20 @@ def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, Information]:
 def further_sensors(
     judge: Judge, manoeuvre: Manoeuvre, extra: Mapping[str, Sensor | Iterable[Sensor]]
 ) -> dict[str, Information]:
-    """Name -> what the trial determines with one more sensor, or instrument, in place of those that read the same."""
+    """Name -> what the trial determines with one more sensor, or instrument, in place of those that read the same.
+
+    It is where these are, and reads when they do, with noise of its own.
+    """
     step = judge.step_s or judge.accurate_step(manoeuvre)
-    worth = {}
+    worth, present = {}, {channel_name(sensor.quantity): sensor for sensor in judge.sensors}
     for name, sensors in extra.items():
-        added = flat([sensors])
-        channels = {channel_name(sensor.quantity) for sensor in added}
-        others = tuple(sensor for sensor in judge.sensors if channel_name(sensor.quantity) not in channels)
-        (worth[name],) = Sensed(replace(judge, sensors=(*others, *added), draws=None), manoeuvre, step).information()
+        added = {channel_name(sensor.quantity): sensor for sensor in flat([sensors])}
+        for channel, new in added.items():
+            if (old := present.get(channel)) is not None:
+                added[channel] = replace(old, column=new.column, sd=new.sd, resolution=new.resolution)
+        noise = {channel: one for channel, one in judge.noise.items() if channel not in added}
+        better = replace(judge, sensors=tuple((present | added).values()), noise=noise, draws=None)
+        (worth[name],) = Sensed(better, manoeuvre, step).information()
     return worth
 
 
@@ -68,7 +74,7 @@ def unlocking(information: Information, relative_sd: float, n: int, *, share: fl
 
     They are measured to a relative sd; a coefficient counts as known to a share of its value.
     """
-    left = list(range(len(information.names)))
+    left = list(np.flatnonzero(information.values))  # what is zero has no relative sd
     values: list[TankValue] = []
     while left and len(values) < n:
         sds = relative_sd * np.abs(information.values) / information.prior_sd

@@ -101,21 +101,21 @@ class Comparison:
         """The parameters that all of some runs have."""
         return [name for name, places in self.parameters.items() if all(label in places for label in labels)]
 
-    def _draws(self, run: ComparedRun, names: Sequence[str]) -> np.ndarray:
-        return run.posterior.draws[:, [self.parameters[name][run.label] for name in names]]
+    def _of(self, run: ComparedRun, names: Sequence[str], draws: np.ndarray) -> np.ndarray:
+        return draws[..., [self.parameters[name][run.label] for name in names]]
 
     @cached_property
     def numbers(self) -> dict:
         """Everything there is to say, as JSON types."""
-        runs = {}
-        for run in self.runs:
-            apart = halves(run.posterior.chain[..., list(run.places.values())])
-            runs[run.label] = run.about | {
+        runs = {
+            run.label: run.about
+            | {
                 "converged": run.posterior.converged,
                 "shortcomings": list(run.posterior.shortcomings),
                 "n_parameters": len(run.places),
-                "halves": apart if np.isfinite(apart) else None,
             }
+            for run in self.runs
+        }
         result = {
             "runs": runs,
             "differences": self.differences,
@@ -148,11 +148,14 @@ class Comparison:
         names = self.shared(first.label, second.label)
         pair = {"first": first.label, "second": second.label, "n_shared": len(names)}
         if not names:
-            return pair | {"hellinger": None, "furthest": "", "wasserstein": {}}
-        one, other = self._draws(first, names), self._draws(second, names)
+            return pair | {"hellinger": None, "by_chance": None, "furthest": "", "wasserstein": {}}
+        one, other = (self._of(run, names, run.posterior.draws) for run in (first, second))
         distances = dict(zip(names, wasserstein(one, other).tolist(), strict=True))
         furthest = max(distances, key=lambda name: distances[name])
-        return pair | {"hellinger": hellinger(one, other), "furthest": furthest, "wasserstein": distances}
+        floors = [halves(self._of(run, names, run.posterior.chain)) for run in (first, second)]
+        chance = max((floor for floor in floors if np.isfinite(floor)), default=None)
+        found = {"hellinger": hellinger(one, other), "by_chance": chance, "furthest": furthest}
+        return pair | found | {"wasserstein": distances}
 
     def _sentences(self, numbers: dict) -> dict[str, str]:
         """What is to be said, by topic."""
@@ -172,8 +175,7 @@ class Comparison:
         pairs = [pair for pair in numbers["pairs"] if pair["n_shared"]]
         if pairs:
             apart = max(pairs, key=lambda pair: pair["hellinger"])
-            floors = [numbers["runs"][apart[key]]["halves"] for key in ("first", "second")]
-            chance = max((floor for floor in floors if floor is not None), default=None)
+            chance = apart["by_chance"]
             of = f" (two halves of one run: {cell(chance, 2)})" if chance is not None else ""
             name = apart["furthest"]
             if chance is not None and apart["hellinger"] <= chance:

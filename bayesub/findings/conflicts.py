@@ -8,7 +8,7 @@ from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.conflict import SENSITIVE, find_conflict, sensitivity, sensitivity_noise
 from bayesub.inference.sampling import Posterior
 from bayesub.io import templates
-from bayesub.problem.distributions import Joint
+from bayesub.problem.distributions import Joint, Prior
 from bayesub.problem.shared_scale import SharedScale
 
 DRAWS, FLOWN_DRAWS = 10_000, 2000  # at most; where the log likelihood needs simulations, of forces at knots
@@ -114,17 +114,17 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     large = {name: values[name] > limits[name] for name in parts}
     by_prior, by_data = large[PRIOR], large[LIKELIHOOD]
     words = np.select([by_prior & by_data, by_prior, by_data], [BOTH, PRIOR, LIKELIHOOD], "")
-    shift, width = half_prior(standard)
+    shift, width = half_prior(prior, standard)
     result = {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}
     return result | {"half_prior_shift": shift, "half_prior_width": width}
 
 
-def half_prior(standard: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def half_prior(prior: Prior, standard: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What priors half as wide about the same centres would change, the posterior taken as normal.
 
     A posterior with mean m and covariance C in the coordinates in which the prior is N(0, I) has the precision C^-1.
     With a prior of half the width that is C^-1 + 3 I, hence the covariance (I + 3 C)^-1 C and the mean
-    (I + 3 C)^-1 m. C is not inverted: it may be all but singular.
+    (I + 3 C)^-1 m. C is not inverted: it may be all but singular. The prior is taken as linear about m.
 
     `standard`: draws (n, n_params) in those coordinates.
 
@@ -132,11 +132,16 @@ def half_prior(standard: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     today.
     """
     covariance = np.atleast_2d(np.cov(standard.T))
-    change = np.linalg.inv(np.eye(len(covariance)) + HALF * covariance)
-    sd = np.sqrt(np.diag(covariance))
+    mean, n = standard.mean(axis=0), len(covariance)
+    change = np.linalg.inv(np.eye(n) + HALF * covariance)
+    slopes = prior.chain(np.eye(n), mean)  # of the parameters
+
+    def sds(of_standard):
+        return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", slopes, of_standard, slopes), 0.0))
+
+    sd = sds(covariance)
     sd[sd == 0.0] = 1.0  # of what never moves
-    mean = standard.mean(axis=0)
-    return (change @ mean - mean) / sd, np.sqrt(np.maximum(np.diag(change @ covariance), 0.0)) / sd
+    return slopes @ (change @ mean - mean) / sd, sds(change @ covariance) / sd
 
 
 def sensitivity_sentence(rows: Sequence[dict]) -> str:

@@ -164,6 +164,7 @@ def numbers(derived: Derived) -> dict:
 
 
 _BAND = ("q5", "median", "q95")
+_ALL = 0.995  # share of the boats that have a quantity, from which the others are not spoken of
 
 
 def label(quantity: Quantity) -> str:
@@ -198,17 +199,30 @@ def in_words(low: float, high: float) -> tuple[str, str]:
 
 
 def headlines(found: dict) -> Iterator[dict]:
-    """Rows ``name, label, unit, posterior, prior`` (5 and 95 % as words) of the headline quantities that follow."""
+    """Rows ``name, label, unit, posterior, prior, of`` of the headline quantities that follow.
+
+    Posterior and prior are 5 and 95 % as words, and `of` says where a share of the boats has none.
+    """
     rows = {row["name"]: row for row in found["quantities"] if row["width_ratio"] is not None}
     for row in (rows[name] for name in HEADLINES if name in rows):
         ends = {which: in_words(row[which]["q5"], row[which]["q95"]) for which in ("posterior", "prior")}
-        yield {"name": row["name"], "label": row["label"].partition(" (")[0], "unit": row["unit"], **ends}
+        of = {which: share for which in ("posterior", "prior") if (share := row[which]["share"]) < _ALL}
+        words = listed([f"{100 * share:.2g} % of the {which}" for which, share in of.items()])
+        of_which = f"of {words}, which {'have' if len(of) > 1 else 'has'} one" if of else ""
+        yield {
+            "name": row["name"],
+            "label": row["label"].partition(" (")[0],
+            "unit": row["unit"],
+            **ends,
+            "of": of_which,
+        }
 
 
 def sentence(found: dict) -> str:
     """The headline manoeuvring quantities in words; empty if the inferred parameters determine none."""
     parts = [
         f"{row['label']} {' to '.join(row['posterior'])} {row['unit']} (before {' to '.join(row['prior'])})"
+        f"{f' {of}' if (of := row['of']) else ''}"
         for row in headlines(found)
     ]
     text = f"With 90 % probability: {'; '.join(parts)}." if parts else ""

@@ -56,7 +56,8 @@ def known_sums(
                         break
                 open_before = vector - _implied(taken, vector, prior_covariance)
                 left = np.sqrt(open_before @ prior_covariance @ open_before)
-                if left < _IMPLIED * sd or sd > _LEARNED * np.sqrt(vector @ prior_covariance @ vector):
+                too_wide = sd > KNOWN * abs(vector @ mean)  # rounded
+                if too_wide or left < _IMPLIED * sd or sd > _LEARNED * np.sqrt(vector @ prior_covariance @ vector):
                     continue
                 found.append(set(members))
                 taken.append(vector)

@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from bayesub.findings import set_up
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
 from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected_outliers
@@ -86,6 +87,8 @@ def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
                 sizes = np.abs(residuals.get(f"{channel.name}{trials}", np.zeros((1, len(channel.times))))).mean(axis=0)
                 k = np.searchsorted(begin, channel.times, side="right") - 1
                 after = (k >= 0) & (channel.times <= end[k] + _AFTER * float(np.median(np.diff(channel.times))))
+                if after.all():
+                    continue
                 largest = np.zeros(len(begin))
                 np.maximum.at(largest, k[after], sizes[after])
                 most, usual = float(np.median(largest)), float(np.quantile(sizes[~after], 0.9, method="lower"))
@@ -201,19 +204,19 @@ def _words(explanation) -> str:
     }[explanation.kind]
 
 
-def lines_to_add(explanation: Discrepancy, problem: AnyProblem) -> str:
-    """The lines of a study file that infer what an explanation is about.
+def lines_to_add(explanation: Discrepancy, problem: AnyProblem, mode: np.ndarray) -> str:
+    """The lines of a study file that infer what an explanation is about, of errors at a mode (n_params,).
 
     Sections that the study has already are to be joined with them.
     """
-    sizes = explanation.sizes
+    sizes, sds = explanation.sizes, set_up.noise_sds(problem, mode)
     noises: dict[str, tuple[float, float]] = {}
     if explanation.kind == "current":  # both components that are not inferred yet, with the size of either
         sizes = {name: size for size in sizes.values() for name in CURRENTS if name not in problem.names}
     for name, size in sizes.items() if explanation.kind == "slow noise" else ():
         channel, _ = problem.channels[name]
         column = log_files.HEADERS[channel.quantity]
-        sd = size * channel.total_sd / log_files.si_factor(column)
+        sd = size * sds[name] / log_files.si_factor(column)
         noises.setdefault(column, (sd, explanation.times[name]))  # of several trials the first
     free = {*problem.names[: problem.n_coefficients], *sizes}
     coefficients = [name for name in problem.equations.names if name in free]
@@ -257,7 +260,7 @@ def fit_of_mode(problem: AnyProblem, mode: np.ndarray, rng: np.random.Generator)
     if steps := on_steps(problem, residuals):
         sentences["steps"] = steps
     if reasons:
-        sentences["lines_to_add"] = lines_to_add(reasons[0], problem)
+        sentences["lines_to_add"] = lines_to_add(reasons[0], problem, mode)
     small = [name for name, check in criticism.suspects.items() if check.faults[0] == "large"]
     reason = ""
     if channel in small:  # its residuals are as independent as noise

@@ -126,14 +126,17 @@ def _contradiction(rows) -> str:
         return ""
     rows = sorted((row for row in rows if row["off"]), key=lambda row: -abs(row["off"]))
     least = rows[0]["off"] ** 2 - 2.0 * _NEARLY
-    likely = ", or ".join(
-        f"{row['name']} is {rounded(row['estimate'], row['estimate_sd'])} ± {row['estimate_sd']:.2g} and not "
-        f"{row['held']:g} ({abs(row['off']):.2g} standard deviations)"
-        for row in rows
-        if row["off"] ** 2 >= least
-    )
+    likely = ", or ".join(_instead(row) for row in rows if row["off"] ** 2 >= least)
     remedy = f"Correct the column, or give {_remedy(rows[0])}."
     return f"The log contradicts a value that is held: it fits if {likely}. {remedy}"
+
+
+def _instead(row) -> str:
+    value = f"{rounded(row['estimate'], row['estimate_sd'])} ± {row['estimate_sd']:.2g}"
+    off = f"({abs(row['off']):.2g} standard deviations)"
+    if row["name"] == ALL_CLOCKS:
+        return f"all readings were taken {value} s earlier than the study has it {off}"
+    return f"{row['name']} is {value} and not {row['held']:g} {off}"
 
 
 def _heavy(rows) -> str:
@@ -154,9 +157,11 @@ def _heavy(rows) -> str:
 
 
 def _remedy(row) -> str:
-    if row["name"] == ALL_CLOCKS:
-        return f"the trial {ALL_CLOCKS}, or each clock a prior in [nuisance] (a delay of all controls looks the same)"
     far = abs(row["off"] or 0.0) >= CONTRADICTION
+    if row["name"] == ALL_CLOCKS:
+        more = f"{row['estimate']:.2g} s more" if far else "another"
+        each = "each clock a prior in [nuisance] (a delay of all controls looks the same)"
+        return f"the trial {more} {ALL_CLOCKS}, or {each}"
     sd = max(row["size"], _WIDER * abs(row["estimate"] - row["held"])) if far else row["size"]
     return f"it a prior in [nuisance], such as {row['name']} = {{ mean = {row['held']:g}, sd = {sd:.2g} }}"
 

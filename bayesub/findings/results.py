@@ -23,10 +23,10 @@ from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES
 from bayesub.model.quantities import Quantity
 from bayesub.problem.distributions import Prior
+from bayesub.problem.nuisance import BODY
 
 PREDICTIVE_DRAWS, PRIOR_DRAWS = 100, 2000
 BEST = 8  # coefficients that are named as best known
-NOTABLE = 0.7  # correlation from which a pair is counted
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,10 @@ class Results:
         terms = [vehicle.equations.term(name) for name in names]
         axes = [term.axis for term in terms]
         rows = known_sums.known_sums(names, axes, draws, np.atleast_2d(np.cov(before.T)))
+        body = {key for name in set(self.problem.names) & BODY.keys() for key in BODY[name]}  # which draws have
         for k, term in enumerate(terms):
-            if term.regressor == ACCELERATIONS[a := AXES.index(term.axis)]:
+            own = "mass" if term.axis in AXES[:3] else f"I{'xyz'[AXES.index(term.axis) - 3] * 2}"
+            if term.regressor == ACCELERATIONS[a := AXES.index(term.axis)] and own not in body:
                 column = vehicle.equations.index[term.name]
                 of_boat = vehicle.mass_matrix[a, a] / vehicle.dimensional_factors[column] + vehicle.xi[column]
                 names.append(f"({'m' if a < 3 else 'I'} - {term.name})")
@@ -190,7 +192,7 @@ def numbers_of(results: Results) -> dict:
     if not results.criticism.fits and (steps := remedies.on_steps(results.problem, results.residuals)):
         numbers["verdict"]["steps"] = steps
     if reasons:
-        numbers["verdict"]["lines_to_add"] = remedies.lines_to_add(reasons[0], results.problem)
+        numbers["verdict"]["lines_to_add"] = remedies.lines_to_add(reasons[0], problem, results.posterior.best)
     numbers["verdict"] |= disturbances.sentences(numbers["disturbance"]) | run_numbers.sentences(numbers)
     numbers["verdict"]["derived"] = derived.sentence(numbers["derived"])
     numbers["known_sums"] = results.known_sums
@@ -233,7 +235,7 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
     "n_untouched": numbers of them; "n_null", "n_faint": the combinations that leave the motion exactly the same, and
     those that change it by less than any instrument sees; "not_unique": both in words; "hold": coefficients which,
     held, make the rest unique; "pairs": rows ``pair, correlation`` above 0.9, strongest first; "n_pairs": how many are
-    above 0.7, at most those of "trade_offs"; "marks": rows ``topic, good, word, text``, the verdict taken apart.
+    above 0.7; "marks": rows ``topic, good, word, text``, the verdict taken apart.
     """
     rows = numbers["parameters"]
     narrowed = [row for row in rows if row["contraction"] < UNTOUCHED]
@@ -242,7 +244,6 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
         for row in sorted(narrowed, key=lambda row: row["relative_sd"])
     ]
     known = [row for row in best if row["percent"] < 100.0 * KNOWN]
-    sizes = [abs(pair["correlation"]) for pair in numbers["trade_offs"]]
     return {
         "boat": list(derived.headlines(numbers["derived"])),
         "stable": [
@@ -258,7 +259,7 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
         "not_unique": null_count(numbers["ranks"]),
         "hold": [name for rank in numbers["ranks"].values() for name in rank["pivots"]],
         "pairs": [pair for pair in numbers["trade_offs"] if abs(pair["correlation"]) >= STRONG],
-        "n_pairs": sum(size >= NOTABLE for size in sizes),
+        "n_pairs": numbers["n_trade_offs"],
         "marks": list(_marks(numbers)),
     }
 

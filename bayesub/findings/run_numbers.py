@@ -17,7 +17,7 @@ from bayesub.io.words import cell, counted, listed, rounded
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
 UNTOUCHED = 0.9  # posterior sd relative to the prior sd
-STRONG = 0.9  # correlation
+STRONG, NOTABLE = 0.9, 0.7  # correlations
 LISTED = 20  # strongest trade-offs among the numbers
 QUOTED = 8  # of them in a sentence
 LARGEST = 0.5  # relative change of the coefficient that changes most
@@ -56,7 +56,8 @@ def collect(
     sensitivity = conflicts.power_scaling(problem, posterior, summary.bulk_ess)
     rows = _parameters(problem, summary, {"conditional_sd": conditional_sd} | sensitivity)
     assert spectrum.values is not None  # of a posterior it has them
-    coefficient_pairs, nuisance_pairs = _trade_offs(summary.names, correlation_of_ratios(problem, summary), n)
+    correlation = correlation_of_ratios(problem, summary)
+    coefficient_pairs, nuisance_pairs = _trade_offs(summary.names, correlation, n)
     return {
         "vehicle": problem.vehicle.name,
         "coefficients": "coefficients in their units" if dimensional else "non-dimensional coefficients",
@@ -79,6 +80,7 @@ def collect(
         "null_directions": null_changes(null_space, dict(zip(spectrum.names, spectrum.values.tolist(), strict=True))),
         "normality": normality.posterior_normality(summary.part(np.arange(n))).to_json(),
         "trade_offs": coefficient_pairs,
+        "n_trade_offs": int(np.sum(np.abs(np.triu(correlation[:n, :n], 1)) >= NOTABLE)),
         "nuisance_trade_offs": nuisance_pairs,
         "baselines": [_baseline(problem, estimate) for estimate in estimates],
         "chi_square_per_reading": _chi_squares(problem, posterior.best[None])[0],
@@ -152,8 +154,12 @@ def _cost(posterior) -> dict:
 
 
 def _chi_squares(problem, parameters) -> list[float]:
-    """Chi-square per reading of each member of parameters (n_batch, n_params), with the total sd of every channel."""
-    return np.mean(((problem.predicted(parameters) - problem.readings) / problem.sds) ** 2, axis=1).tolist()
+    """Chi-square per reading of each member of parameters (n_batch, n_params), with the sds of their noise."""
+    errors, sds = problem.predicted(parameters) - problem.readings, np.empty((len(parameters), len(problem.readings)))
+    for member, of in zip(parameters, sds, strict=True):
+        for name, sd in set_up.noise_sds(problem, member).items():
+            of[problem.rows[name]] = sd
+    return np.mean((errors / sds) ** 2, axis=1).tolist()
 
 
 def ratio_divisors(problem: AnyProblem) -> np.ndarray:

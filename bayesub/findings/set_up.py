@@ -10,6 +10,7 @@ from bayesub.io.words import powers, with_unit
 from bayesub.logs import log_files
 from bayesub.problem.distributions import WHITE, LogNormal, Normal, Prior, Uniform
 from bayesub.problem.joint import JointProblem
+from bayesub.problem.likelihoods import UnknownSd
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, Given, Spread
 from bayesub.problem.problem import Problem
@@ -45,6 +46,22 @@ def rows(problem: AnyProblem) -> dict[str, str]:
         "disturbances": "; ".join(_by_trial({name: text or "none inferred" for name, text in forces.items()})),
     }
     return {title: text for title, text in result.items() if text}
+
+
+def noise_sds(problem: AnyProblem, parameters: np.ndarray) -> dict[str, float]:
+    """Channel, as in `problem.channels` -> sd of its noise with rounding, SI units, at parameters (n_params,).
+
+    Of noise whose sd is integrated out it is the root mean square of the errors there.
+    """
+    sds = {}
+    for name, trial, values in problem.each_trial(parameters):
+        errors, (_, nuisances) = trial.predicted(values[None])[0] - trial.readings, trial.arguments(values[None])
+        for one in trial.likelihood.each(nuisances):
+            parts = getattr(one.members, "sd", 0.0), getattr(one.model, "resolution", 0.0) / np.sqrt(12.0)
+            known = float(np.hypot(*parts).item())
+            sd = known if not isinstance(one.model, UnknownSd) else float(np.sqrt(np.mean(errors[one.part] ** 2)))
+            sds[f"{one.name}[{name}]" if name else one.name] = sd
+    return sds
 
 
 def _by_trial(texts: dict[str, str]) -> list[str]:

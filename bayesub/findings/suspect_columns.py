@@ -69,9 +69,9 @@ def _clock(problem, mode) -> str:
         if mended < best * as_stamped:
             best = mended / as_stamped
             words = f"{name}: " if name else ""
-            words += f"the readings are {abs(late):.2g} s {'late' if late > 0 else 'early'}; give clock_offset_s = "
-            words += f"{late:.2g} (the best fit then misses them by {mended:.3g} times their noise, as stamped by "
-            words += f"{as_stamped:.3g})"
+            words += f"the readings are {abs(late):.2g} s {'late' if late > 0 else 'early'}; add {late:.2g} to the "
+            words += f"clock_offset_s of the trial (the best fit then misses them by {mended:.3g} times their noise, "
+            words += f"as stamped by {as_stamped:.3g})"
     return words
 
 
@@ -98,7 +98,8 @@ def _fits(trial) -> Iterator[tuple[float, float]]:
 def _step(trial, values) -> float:
     """How much later than it says a record is, s, of the least squares about parameters (n_params,)."""
     t, predicted = trial.prior.standard(values), trial.predicted(values)[0]
-    slopes = [np.gradient(predicted[trial.rows[c.name]], c.times) for c in trial.record.channels]
+    parts = ((predicted[trial.rows[channel.name]], channel.times) for channel in trial.record.channels)
+    slopes = [np.gradient(*part) if len(part[1]) > 1 else np.zeros(len(part[1])) for part in parts]
     model = LinearModel(trial, t, trial.residuals(values[None])[0])
     late = -model.out(trial.weighed(values, np.concatenate(slopes)[:, None]).T).T
     here = Alternatives(model.residuals, t[model.others], model.jacobian, effects={}, forces={}, factors={})

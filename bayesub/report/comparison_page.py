@@ -102,7 +102,6 @@ def sheet(comparison: Comparison, **about) -> Sheet:
         values = ("" if run.get(key) is None else run[key] for run in runs.values())
         rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])
     rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
-    rows.append(["Hellinger distance of its halves", *(cell(run["halves"], 2) for run in runs.values())])
     about_runs = Table("Runs", ["run", *runs], rows, list(runs))
     parts: list[ReportFigure | Table] = [about_runs, *differences, coefficients]
     parts += [_distances_table(comparison), *others]
@@ -126,15 +125,16 @@ def _distances_table(comparison: Comparison) -> Table:
     for pair in comparison.numbers["pairs"]:
         ordered = sorted(pair["wasserstein"].items(), key=lambda item: -item[1])[:FURTHEST]
         far = ", ".join(f"{name} {cell(distance, 2)}" for name, distance in ordered)
-        rows.append([pair["first"], pair["second"], str(pair["n_shared"]), cell(pair["hellinger"], 2), far])
+        distances = (cell(pair[key], 2) for key in ("hellinger", "by_chance"))
+        rows.append([pair["first"], pair["second"], str(pair["n_shared"]), *distances, far])
     return Table(
         "Distances between the posteriors",
-        ["run", "beside", "shared parameters", "Hellinger distance", "furthest apart (pooled sds)"],
+        ["run", "beside", "shared parameters", "Hellinger distance", "by chance", "furthest apart (pooled sds)"],
         rows,
         ["beside", "furthest apart (pooled sds)"],
         "Hellinger distance of the normal approximations of all shared parameters together, 0 the same and 1 apart; by "
-        "chance it is about that of the halves of a run, above. For each parameter the Wasserstein distance, by how "
-        "much one distribution is to be moved on average to become the other, in pooled posterior sds.",
+        "chance it is about that of the halves of a run. For each parameter the Wasserstein distance, by how much one "
+        "distribution is to be moved on average to become the other, in pooled posterior sds.",
     )
 
 

@@ -106,3 +106,12 @@ def test_what_is_no_run_or_no_coefficient_of_it_is_refused(bayesub, finished, tm
         status, _, err = bayesub("next", *arguments)
         assert (status, err.count("\n")) == (2, 1)
         refusals.check(bayesub.error, kind, key)
+
+
+def test_a_manoeuvre_beyond_the_limits_is_not_proposed(bayesub, finished, monkeypatch):
+    """Where the search finds none within them."""
+    monkeypatch.setattr("bayesub.design.limits.Range.penalty", lambda *_: 0.001)
+    status, out, err = bayesub("next", str(finished()), "--for", "Nuv")
+    assert status == 0, err
+    assert "another manoeuvre" not in out
+    assert "none of those that were tried keeps the limits" in out + err

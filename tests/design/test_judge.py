@@ -291,3 +291,12 @@ def test_a_rival_with_the_same_equations_is_no_rival(boat, manoeuvre, rng):
     xi[boat.equations.columns(FREE)] *= 1.0 + 0.2 * rng.standard_normal(len(FREE))
     (told,) = judge_of(boat, rival=judge_of(boat), draws=xi[None]).information(manoeuvre)
     assert told.apart == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_rival_is_told_by_the_readings_that_unknown_clocks_leave(boat, manoeuvre):
+    """Those within reach of the clocks, each in its own channel: as far as without the others, and not less."""
+    rival, free = lacking(boat, "Kup")
+    clocks = {"clock_dvl_s": bs.priors.normal(0.0, 1e-3)}
+    told = judge_of(boat, nuisance=clocks, rival=judge_of(rival, free=free, nuisance=clocks)).information(manoeuvre)[0]
+    exact = judge_of(boat, rival=judge_of(rival, free=free)).information(manoeuvre)[0]
+    assert told.apart == pytest.approx(exact.apart, rel=0.1)

@@ -8,7 +8,10 @@ import pytest
 from bayesub.design import worth
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge
+from bayesub.problem.likelihoods import Normal
+from bayesub.problem.priors import normal
 from bayesub.sensors import DVL, Pressure, Track
+from bayesub.sensors.sensor import channel_name
 
 STEP = 2.0
 
@@ -38,6 +41,21 @@ def test_a_channel_left_out(judge, manoeuvre):
     for channel, sensor in zip(channels, judge.sensors, strict=True):
         (without,) = replace(judge, sensors=tuple(set(judge.sensors) - {sensor})).information(manoeuvre)
         assert channels[channel].relative_sd == pytest.approx(without.relative_sd, rel=1e-9)
+
+
+def test_a_better_instrument_reads_when_the_present_one_does_with_its_own_noise(judge, manoeuvre):
+    """Whether the noise of the present one stands with its sensors or in the study, and whatever it is called."""
+    present = [replace(sensor, instrument="log") for sensor in DVL(sd_mps=0.01, interval_s=2.0)]
+    better, nuisance = DVL(sd_mps=0.001), {"clock_log_s": normal(0.0, 0.1)}
+    noise = {channel_name(sensor.quantity): Normal(0.01) for sensor in present}
+    given = replace(judge, sensors=tuple(present), nuisance=nuisance)
+    by_sensors, by_study = (
+        worth.further_sensors(one, manoeuvre, {"log": better})["log"] for one in (given, replace(given, noise=noise))
+    )
+    sharp = tuple(replace(sensor, sd=0.001) for sensor in present)
+    (expected,) = replace(given, sensors=sharp).information(manoeuvre)
+    assert by_sensors.relative_sd == pytest.approx(expected.relative_sd, rel=1e-9)
+    assert by_study.relative_sd == pytest.approx(expected.relative_sd, rel=1e-9)
 
 
 def test_a_further_sensor_adds_or_takes_the_place_of_one_that_reads_the_same(judge, manoeuvre):
@@ -80,3 +98,9 @@ def test_half_of_the_gain_takes_the_relative_sd_that_is_said(rng):
     sharp, half = (worth.gain(information.covariance, k, sd) for sd in sds)
     assert half == pytest.approx(0.5 * sharp, rel=1e-6)
     assert worth.gain(information.covariance, k, 1e3) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_a_coefficient_that_is_zero_is_not_taken_from_a_tank():
+    """It has no relative sd."""
+    zero = replace(told(np.zeros((2, 2))), values=np.array([1.0, 0.0]))
+    assert [value.name for value in worth.unlocking(zero, 0.05, 2)] == ["a"]

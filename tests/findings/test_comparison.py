@@ -36,7 +36,7 @@ def test_a_shift_is_found_in_the_parameter_that_has_it(suboff):
     # The product of a shift by two sds and of a half of one sd.
     overlap = np.exp(-(2.0**2) / 8.0) * np.sqrt(2 * 0.5 / (1 + 0.25))
     assert pair["hellinger"] == pytest.approx(np.sqrt(1.0 - overlap), abs=0.03)
-    assert numbers["runs"]["first"]["halves"] < 0.1 < pair["hellinger"]
+    assert pair["by_chance"] < 0.1 < pair["hellinger"]
     assert numbers["parameters"]["Nuu_dr"]["second"]["contraction"] == pytest.approx(0.25, abs=0.02)
     assert "most of all Nuv, moved by 2 pooled sds" in numbers["sentences"]["distance"]
 
@@ -48,6 +48,15 @@ def test_the_one_with_the_smallest_sd_knows_best(suboff):
     assert numbers["sentences"]["shared"].startswith("The 2 runs have 2 coefficients")
     assert numbers["sentences"]["known"].endswith("1 by sharp, 1 by blunt.")
     assert list(numbers["parameters"]["Xuu"]) == ["sharp"]
+
+
+def test_chance_is_that_of_the_parameters_that_are_shared(suboff):
+    """Halves of a run with eighty parameters are far apart, which says nothing of the one that two runs share."""
+    names = tuple(suboff.equations.names[:80])
+    wide = ComparedRun("wide", suboff, posterior(names, [0.0] * 80, [1.0] * 80), {}, {})
+    narrow = compared("narrow", suboff, names[:1], [1.0], [1.0], 1)
+    (pair,) = Comparison((wide, narrow), "zigzag").numbers["pairs"]
+    assert pair["by_chance"] < 0.1 < 0.3 < pair["hellinger"]
 
 
 def test_the_same_posterior_twice_is_no_difference(suboff):

@@ -8,7 +8,7 @@ from support.toys import Linear
 
 from bayesub.findings import conflicts
 from bayesub.inference.sampling.posterior import Posterior
-from bayesub.problem.distributions import Joint, LogNormal, Normal, Uniform
+from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Uniform
 
 NAMES = ("unseen", "known", "pulled")
 
@@ -77,7 +77,8 @@ def test_a_prior_half_as_wide_changes_a_normal_posterior_as_it_must(rng):
     (mean, covariance), (half_mean, half_covariance) = ends
     t = rng.standard_normal((4000, 3))
     t = np.linalg.solve(np.linalg.cholesky(np.cov(t.T)), (t - t.mean(axis=0)).T).T  # of these moments to the last digit
-    shift, width = conflicts.half_prior(mean + t @ np.linalg.cholesky(covariance).T)
+    prior = Normal(np.zeros(3), np.ones(3))
+    shift, width = conflicts.half_prior(prior, mean + t @ np.linalg.cholesky(covariance).T)
     sd = np.sqrt(np.diag(covariance))
     assert shift == pytest.approx((half_mean - mean) / sd, abs=1e-7)
     assert width == pytest.approx(np.sqrt(np.diag(half_covariance)) / sd, rel=1e-7)
@@ -85,8 +86,26 @@ def test_a_prior_half_as_wide_changes_a_normal_posterior_as_it_must(rng):
     assert width[2] == pytest.approx(1.0, abs=1e-3)
 
 
+def test_a_prior_half_as_wide_keeps_its_correlations(rng):
+    """Of a parameter that only its correlation with a measured one tells, beside the posterior with a quarter of the
+    prior covariance."""
+    before = np.array([[1.0, 0.98, 0.0], [0.98, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    rows, data = np.array([[0.0, 1.0 / 0.3, 0.0], [0.0, 0.0, 2.0]]), np.array([2.0 / 0.3, 0.0])
+    ends = []
+    for scale in (1.0, 0.25):
+        covariance = np.linalg.inv(rows.T @ rows + np.linalg.inv(scale * before))
+        ends.append((covariance @ rows.T @ data, covariance))
+    (mean, covariance), (half_mean, half_covariance) = ends
+    prior = CorrelatedNormal(np.zeros(3), np.linalg.cholesky(before))
+    draws = rng.multivariate_normal(mean, covariance, 100_000)
+    shift, width = conflicts.half_prior(prior, prior.standard(draws))
+    sd = np.sqrt(np.diag(covariance))
+    assert shift == pytest.approx((half_mean - mean) / sd, abs=0.02)
+    assert width == pytest.approx(np.sqrt(np.diag(half_covariance)) / sd, abs=0.02)
+
+
 def test_what_never_moves_has_no_shift():
-    assert conflicts.half_prior(np.full((9, 1), 0.3)) == (0.0, 0.0)
+    assert conflicts.half_prior(Normal(np.zeros(1), np.ones(1)), np.full((9, 1), 0.3)) == (0.0, 0.0)
 
 
 def test_the_sentence_says_what_priors_half_as_wide_would_change():

@@ -151,3 +151,15 @@ def test_intervals_are_written_to_two_digits_of_their_width():
     assert derived.in_words(640.123, 663.4) == ("640", "663")
     assert derived.in_words(-0.024153, -0.023721) == ("-0.02415", "-0.02372")
     assert derived.in_words(2.0, 2.0) == ("2", "2")
+
+
+def test_it_is_said_how_many_boats_have_what_is_quoted(with_data):
+    """An interval of the third of the prior that has a turn is not one of the prior."""
+    numbers = derived.numbers(with_data)
+    whole = derived.sentence(numbers)
+    assert "which ha" not in whole
+    (row,) = (row for row in numbers["quantities"] if row["name"] == "tactical_diameter_m")
+    row["prior"]["share"] = 1.0 / 3.0
+    assert "of 33 % of the prior, which has one" in derived.sentence(numbers)
+    row["posterior"]["share"] = 0.5
+    assert "of 50 % of the posterior and 33 % of the prior, which have one" in derived.sentence(numbers)

@@ -1,6 +1,7 @@
 """The lines that are proposed for correlated residuals are those of a study file, and with them the model fits."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -61,7 +62,7 @@ def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, 
     assert not criticism.fits
     best, *others = find_discrepancies(LeftOut(problem), problem.prior.standard(mode))
     assert best.kind == kind
-    lines = remedies.lines_to_add(best, problem)
+    lines = remedies.lines_to_add(best, problem, mode)
     assert line in lines
     sentence = remedies.look_like([best, *others])
     assert "the lines to add infer" in sentence
@@ -72,9 +73,11 @@ def test_the_lines_are_read_and_the_model_then_fits(made, kind, line, tmp_path, 
 
 def test_a_coefficient_is_freed_and_slow_noise_is_given(tmp_path):
     problem = posed(tmp_path / "first.toml", study() + FREE)
-    freed = remedies.lines_to_add(Discrepancy("coefficient", {"Xuu": 0.1, "Yuu_dr": 0.1}, {}, 50.0), problem)
+    freed = remedies.lines_to_add(
+        Discrepancy("coefficient", {"Xuu": 0.1, "Yuu_dr": 0.1}, {}, 50.0), problem, problem.prior.mean
+    )
     slow = remedies.lines_to_add(
-        Discrepancy("slow noise", {"x": 2.0, "yaw": 1.0}, {"x": 4.0, "yaw": 9.0}, 50.0), problem
+        Discrepancy("slow noise", {"x": 2.0, "yaw": 1.0}, {"x": 4.0, "yaw": 9.0}, 50.0), problem, problem.prior.mean
     )
     again = posed(tmp_path / "again.toml", study() + f"{freed}\n{slow}\n")
     assert set(again.names) == {*problem.names, "Yuu_dr"}
@@ -82,6 +85,24 @@ def test_a_coefficient_is_freed_and_slow_noise_is_given(tmp_path):
     assert noises["x"].sd == pytest.approx(0.2)
     assert noises["yaw"].sd == pytest.approx(np.radians(0.1))
     assert [noises[name].correlation_time_s for name in ("x", "yaw")] == [4.0, 9.0]
+
+
+def test_slow_noise_is_as_large_as_the_noise_that_the_study_gives(tmp_path):
+    """Not as large as the sensors say, whose sd of x is 0.1 m."""
+    text = study() + FREE + '[noise.x_m]\nkind = "normal"\nsd = 0.7\n'
+    problem = posed(tmp_path / "own.toml", text)
+    found = Discrepancy("slow noise", {"x": 2.0}, {"x": 4.0}, 50.0)
+    assert "sd = 1.4\n" in remedies.lines_to_add(found, problem, problem.prior.mean)
+
+
+def test_a_log_whose_control_moves_in_each_of_its_rows_has_no_steps():
+    times = np.arange(0.0, 60.0, 10.0)
+    rudder = np.radians(np.where(np.arange(len(times)) % 2, 10.0, -10.0))
+    manoeuvre = SimpleNamespace(times=times, log={"dr": rudder}, commanded=(), logged=str)
+    channels = (SimpleNamespace(name="yaw", times=np.arange(1.0, 50.0)),)
+    trial = SimpleNamespace(manoeuvre=manoeuvre, record=SimpleNamespace(truth=None, channels=channels))
+    problem = SimpleNamespace(each_trial=lambda _: [("", trial, None)], prior=SimpleNamespace(mean=None))
+    assert remedies.on_steps(problem, {"yaw": np.full((2, 49), 9.0)}) == ""
 
 
 def test_sentences_name_the_second_where_it_is_near():

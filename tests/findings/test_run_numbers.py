@@ -1,5 +1,7 @@
 """Null directions in relative changes: the motion does not notice them, and the words say them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -65,3 +67,15 @@ def test_a_coefficient_of_zero_has_no_relative_change():
     rank = AxisRank(("a", "b"), np.array([1.0, 0.0]), 1e-12, ({"a": 1.0, "b": 0.4},))
     found = run_numbers.null_changes(NullSpace(("a", "b"), {"Y": rank}), {"a": 0.0, "b": -2.0})
     assert found == [{"axis": "Y", "changes": {"b": 0.5}}]
+
+
+@pytest.mark.parametrize("noise", [{}, {"x": bs.likelihoods.Normal(5.0)}, {"x": bs.likelihoods.UnknownSd(5.0)}])
+def test_chi_square_is_of_the_noise_that_the_study_gives(spiral_track, noise):
+    """About one at the truth, whether the sd is that of the sensors, of the study, or of the errors."""
+    sensors = bs.sensors.Track(5.0 if noise else 0.5, 0.1, interval_s=4.0, channels=("x", "y", "yaw"))
+    record = bs.observe(spiral_track, sensors, np.random.default_rng(0))
+    claimed = replace(record, channels=tuple(replace(c, sd=0.5) if c.name == "x" else c for c in record.channels))
+    given = {"free": ("Nuv",), "prior": bs.priors.relative_normal(0.25), "dt": 1.0, "noise": noise}
+    problem = bs.Problem(spiral_track.simulator.vehicle, spiral_track.simulator.manoeuvre, claimed, **given)
+    (chi_square,) = run_numbers._chi_squares(problem, problem.reference[None])
+    assert chi_square == pytest.approx(1.0, abs=0.2)

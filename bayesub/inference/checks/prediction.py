@@ -118,18 +118,19 @@ class Prediction:
     def _excess(self) -> dict[str, np.ndarray]:
         """Channel -> (1 + n,) size of the errors of the log, and of n replicated ones, among replicated ones.
 
-        The size is the mean of |error| over the half-width of the 90 % band. The first half of the draws makes bands,
-        and mean and sd of the sizes; the others are replicates of the log.
+        The size is the mean of |error| over the half-width of the 90 % band, or over the sd of the noise where
+        rounding makes most replicates the same. The first half of the draws makes bands, and mean and sd of the sizes;
+        the others are replicates of the log.
         """
         half = len(self.predicted) // 2
         low, high = band(self.replicated[:half], 0.9)
         sizes = np.abs(np.vstack([self.readings, self.replicated]) - self.predicted[:half].mean(axis=0))
-        sizes /= 0.5 * (high - low)
+        sizes /= np.maximum(0.5 * (high - low), self.sds)
         excess = {}
         for name, part in self.by_channel(sizes).items():
             of_log, *others = part.mean(axis=1)
             known = np.array(others[:half])
-            excess[name] = (np.array([of_log, *others[half:]]) - known.mean()) / known.std()
+            excess[name] = (np.array([of_log, *others[half:]]) - known.mean()) / (known.std() or 1.0)
         return excess
 
     @cached_property

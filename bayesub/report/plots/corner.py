@@ -94,7 +94,6 @@ def draw_pairs(
     steps = np.sort(ratio([prior.quantiles(special.ndtr(t)) for t in (-1.0, 0.0, 1.0)]), axis=0)
     unit = 0.5 * (steps[2] - steps[0])
     names = star(posterior.names, np.concatenate([reference, np.ones(len(posterior.names) - n)]), equations)
-    ellipse = {k: ratio([prior.quantiles(special.ndtr(t)) for t in side]) for k, side in enumerate(CIRCLE)}
     columns, rows = min(_COLUMNS, len(pairs)), -(-len(pairs) // _COLUMNS)
     width = max(_PANEL * columns, 2.5 * _PANEL)
     margins = (0.55, 0.1, 0.45, 0.75) if np.max(pairs) < n else None  # other labels are to be measured
@@ -112,7 +111,7 @@ def draw_pairs(
             half = unit[both] * (0.5 * (high - low) / unit[both]).max()
             low, high = 0.5 * (low + high) - half, 0.5 * (low + high) + half
             contours(panel, draws[:, both])
-            panel.plot(ellipse[0][:, i], ellipse[1][:, j], **_EDGE)
+            panel.plot(*(ratio(side)[:, k] for k, side in zip(both, _edge(prior, i, j), strict=True)), **_EDGE)
             for k, line in zip(both, (panel.axvline, panel.axhline), strict=True):
                 if k < n:
                     line(1.0, color=style.TRUTH, lw=0.7)
@@ -182,7 +181,6 @@ def draw(
         return (ratio(values) - low) / (high - low)
 
     quantiles = place([prior.quantiles(p) for p in PRIOR_PROBABILITIES])
-    circle = [place([prior.quantiles(special.ndtr(t)) for t in side]) for side in CIRCLE]
     beyond = [np.any(np.abs(place(one.values) - 0.5) > 0.5, axis=1).sum() for one in found]
     handles = _handles(found, beyond, word)
     words = [handle.get_label() for handle in handles]
@@ -201,7 +199,11 @@ def draw(
         for row, column in zip(rows, columns, strict=True):
             contours(axis, np.stack([column + SIDE * draws[:, column], row + SIDE * (1.0 - draws[:, row])], axis=1))
         _draw_marginals(axis, draws, quantiles)
-        x, y = circle[0][:, columns], circle[1][:, rows]
+        edges = [[place(side) for side in _edge(prior, *chosen[[i, j]])] for j, i in zip(rows, columns, strict=True)]
+        x, y = (
+            np.stack([e[k][:, m] for e, m in zip(edges, at, strict=True)], axis=1)
+            for k, at in enumerate((columns, rows))
+        )
         inside = (np.abs(x - 0.5) < 0.5) & (np.abs(y - 0.5) < 0.5)
         x, y = (np.where(inside, at, np.nan) for at in (columns + SIDE * x, rows + SIDE * (1.0 - y)))
         axis.plot(x, y, **_EDGE)
@@ -216,6 +218,20 @@ def draw(
             _draw_points(axis, one, points[:, columns], points[:, rows], good[:, columns] & good[:, rows], at)
         _frame(axis, low, high, names, titles)
         figure.legend(handles, words, loc="upper center", ncols=ncols, fontsize=8, borderaxespad=0.2)
+
+
+def _edge(prior, i: int, j: int) -> list[np.ndarray]:
+    """What holds 90 % of the prior of two parameters: (60, n_params), where i counts of the first, j of the second."""
+    slopes = prior.chain(np.eye(len(prior.sd))[[i, j]], np.zeros(len(prior.sd)))
+    rho = slopes[0] @ slopes[1] / np.prod(np.linalg.norm(slopes, axis=1))
+    sides = CIRCLE[0], rho * CIRCLE[0] + np.sqrt(1.0 - rho**2) * CIRCLE[1]
+    return [_quantiles(prior, tuple(side)) for side in sides]
+
+
+@functools.lru_cache(maxsize=4)
+def _quantiles(prior, standard: tuple[float, ...]) -> np.ndarray:
+    """(n, n_params), those of so many standard normal values."""
+    return np.array([prior.quantiles(special.ndtr(t)) for t in standard])
 
 
 def _correlation(draws: np.ndarray) -> np.ndarray:

@@ -73,6 +73,8 @@ def _spiral(panel, rates, curves) -> None:
     for name, colour, alpha in (("prior", style.PRIOR, 0.55), ("posterior", style.POSTERIOR, 0.6)):
         curve = np.degrees(curves[name])
         whole = np.isfinite(curve).mean(axis=0) > _FOUND
+        if not whole.any():
+            continue
         low, _, high = np.nanquantile(curve[:, whole], BAND, axis=0)
         edge = 1.5 if name == "posterior" else 0.0  # a narrow band is seen
         panel.fill_betweenx(rates[whole], low, high, color=colour, alpha=alpha, lw=edge, label=f"{name}, 90 %")

@@ -74,6 +74,9 @@ class Prior(Protocol):
     def quantiles(self, probability: Any) -> np.ndarray:
         """(n_params,)."""
 
+    def chain(self, jacobian: np.ndarray, t: np.ndarray) -> np.ndarray:
+        """Derivatives (n, n_params) by standard normal coordinates, of those by parameters."""
+
 
 def legend_column(labels: Sequence[str]) -> float:
     """Width of a column of a legend of size 8, inches."""

@@ -42,6 +42,33 @@ class Log(Linear):
         return self.predicted(parameters) + self.sd * rng.standard_normal((len(parameters), len(self.readings)))
 
 
+class Rounded(Log):
+    """The same, whose readings are rounded to a step of several sds."""
+
+    step = 1.0
+
+    @property
+    def sds(self):
+        return np.full(len(self.readings), np.hypot(self.sd, self.step / np.sqrt(12.0)))
+
+    def replicated(self, parameters, rng):
+        return self.step * np.round(super().replicated(parameters, rng) / self.step)
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_rounding_hides_no_error_and_makes_none(right, rng):
+    """Where it makes bands of no width, the log of a right posterior is predicted, and one that is off is not."""
+    matrix, prior, verdicts = rng.standard_normal((30, 2)), Normal(np.zeros(2), np.ones(2)), []
+    for _ in range(40):
+        truth = rng.standard_normal(2)
+        readings = Rounded(matrix, np.zeros(30), prior, 0.05).replicated(truth[None] + (0.0 if right else 3.0), rng)[0]
+        toy = Rounded(matrix, readings, prior, 0.05)
+        found = predict(toy, truth + 0.01 * rng.standard_normal((N_DRAWS, 2)), rng)
+        assert np.mean(np.ptp(found.bands[0.9], axis=0) == 0.0) > 0.3
+        verdicts.append(found.predicts())
+    assert np.mean(verdicts) > 0.85 if right else not any(verdicts)
+
+
 @pytest.fixture(scope="module")
 def boat():
     return bs.load_vehicle("auv690")

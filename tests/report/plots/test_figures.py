@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.path import Path as MatplotlibPath
 from PIL import Image
-from scipy import special
 from support.layout import WrittenTexts
 
 from bayesub.findings.data_card import DataCard
@@ -16,6 +16,7 @@ from bayesub.inference.identifiability.fisher import Spectrum
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.model.coefficients import EQUATIONS
 from bayesub.model.equations import load_equations
+from bayesub.problem.distributions import CorrelatedNormal, Normal
 from bayesub.report.plots import (
     cards,
     checks,
@@ -44,7 +45,7 @@ def a_posterior() -> Posterior:
 
 POSTERIOR = a_posterior()
 REFERENCE = np.array([1.0, 1.0, -1.0, 0.0])
-PRIOR = SimpleNamespace(sd=np.full(len(NAMES), 0.2), quantiles=lambda p: REFERENCE + 0.2 * special.ndtri(p))
+PRIOR = Normal(REFERENCE, np.full(len(NAMES), 0.2))
 SPECTRUM = Spectrum(NAMES, np.array([1e3, 2.0, 0.1, 1e-13]), np.eye(4), PRIOR.sd, 1, REFERENCE)
 GOOD = np.array([[True] * 4, [False] * 4])
 SQP = coefficients.Found("SQP, 2 starts: 1 fit", np.tile(REFERENCE, (2, 1)), GOOD[:, 0], GOOD)
@@ -283,3 +284,14 @@ def test_a_saved_figure_has_the_colours_of_its_colour_bar(tmp_path):
     values = values[~np.eye(len(NAMES), dtype=bool)]
     cells = np.rint(255 * colormaps["RdBu_r"](0.5 + 0.5 * values)[:, :3]).astype(int)
     assert np.abs(cells[:, None] - shown).max(axis=2).min(axis=1).max() <= 12
+
+
+def test_the_edge_of_a_prior_with_correlations_slants_with_it():
+    """90 % of the draws are within, and none of the boundary is further along one axis than without them."""
+    prior = CorrelatedNormal(
+        np.array([1.0, 2.0, -1.0]), np.linalg.cholesky([[0.04, 0.0, 0.0396], [0, 1, 0], [0.0396, 0, 0.04]])
+    )
+    x, y = (side[:, k] for side, k in zip(corner._edge(prior, 0, 2), (0, 2), strict=True))
+    inside = MatplotlibPath(np.stack([x, y], axis=1)).contains_points(prior.sample(RNG, 20_000)[:, [0, 2]])
+    assert inside.mean() == pytest.approx(0.9, abs=0.01)
+    assert np.ptp((x - 1.0) - (y + 1.0)) < 0.2 * np.ptp(x)
