@@ -9,9 +9,9 @@ import numpy as np
 
 from bayesub.findings import derived
 from bayesub.findings.predicted_trial import PredictedTrial
-from bayesub.findings.unseen import POSTERIOR
 from bayesub.inference.checks.normality import halves, hellinger, wasserstein
 from bayesub.inference.sampling import Posterior
+from bayesub.io import templates
 from bayesub.io.words import cell
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.nuisance import of_boat
@@ -160,46 +160,21 @@ class Comparison:
     def _sentences(self, numbers: dict) -> dict[str, str]:
         """What is to be said, by topic."""
         labels = [run.label for run in self.runs]
-        shared = self.shared(*labels)
-        sentences = {
-            "shared": f"The {len(labels)} runs have {len(shared)} coefficients and parameters of the boat in common."
-        }
-        if shared:
-            sds = {name: {label: numbers["parameters"][name][label]["sd"] for label in labels} for name in shared}
-            best = [
-                min(labels, key=of.__getitem__) for of in sds.values() if min(of.values()) < CLEAR * max(of.values())
-            ]
-            counts = ", ".join(f"{best.count(label)} by {label}" for label in labels)
-            alike = f"; {len(shared) - len(best)} equally well" if len(best) < len(shared) else ""
-            sentences["known"] = f"Known best (smallest sd, by {100 * (1 - CLEAR):.0f} % and more): {counts}{alike}."
+        names, best = self.shared(*labels), []
+        for name in names:
+            sds = {label: numbers["parameters"][name][label]["sd"] for label in labels}
+            best += [min(labels, key=sds.__getitem__)] if min(sds.values()) < CLEAR * max(sds.values()) else []
         pairs = [pair for pair in numbers["pairs"] if pair["n_shared"]]
-        if pairs:
-            apart = max(pairs, key=lambda pair: pair["hellinger"])
-            chance = apart["by_chance"]
-            of = f" (two halves of one run: {cell(chance, 2)})" if chance is not None else ""
-            name = apart["furthest"]
-            if chance is not None and apart["hellinger"] <= chance:
-                sentences["distance"] = (
-                    f"There is no difference beyond the noise of the draws: Hellinger distance at most "
-                    f"{cell(apart['hellinger'], 2)} of {apart['n_shared']} parameters{of}."
-                )
-            else:
-                sentences["distance"] = (
-                    f"Furthest apart are {apart['first']} and {apart['second']}: Hellinger distance "
-                    f"{cell(apart['hellinger'], 2)} of {apart['n_shared']} parameters{of}, and most of all {name}, "
-                    f"moved by {cell(apart['wasserstein'][name], 2)} pooled sds."
-                )
+        apart = max(pairs, key=lambda pair: pair["hellinger"], default=None)
         flown = {label: p for label, p in numbers["predictions"].items() if p.get("is_flown")}
-        if flown:
-            places = [f"{cell(p['distance_m'][POSTERIOR]['at_end'], 2)} m ({label})" for label, p in flown.items()]
-            sentences["prediction"] = (
-                f"At the end of {self.manoeuvre} the boat is with 90 % probability within {', '.join(places)} of where "
-                "each expects it."
-            )
+        values = {"labels": labels, "names": names, "best": best, "apart": apart, "flown": flown, "cell": cell}
+        values |= {"clear": CLEAR, "manoeuvre": self.manoeuvre}
+        topics = {"shared": True, "known": names, "distance": pairs, "prediction": flown}
+        said = (topic for topic, is_known in topics.items() if is_known)
+        sentences = {t: templates.fill("bayesub.findings", "comparison.txt", topic=t, **values) for t in said}
         missing = [f"{run.label}: {run.why_not}" for run in self.runs if run.why_not]
-        if missing:
-            sentences["not predicted"] = "; ".join(missing)
-        return sentences
+        sentences |= {"not predicted": "; ".join(missing)} if missing else {}
+        return {topic: " ".join(text.split()) for topic, text in sentences.items()}
 
     def coefficient_rows(self) -> list[dict]:
         """A row for each parameter and run, for a CSV."""

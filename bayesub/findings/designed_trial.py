@@ -11,11 +11,12 @@ from bayesub.design.families import Family
 from bayesub.design.information import SHARES, Information
 from bayesub.design.judge import Judge
 from bayesub.design.limits import Range
-from bayesub.design.plan import REFINED, Plan
+from bayesub.design.plan import Plan
 from bayesub.design.prescription import TANK_SD, Asked, further_instruments
 from bayesub.design.search import Found
 from bayesub.design.worth import unlocking
 from bayesub.inference.identifiability import NullSpace, null_space
+from bayesub.io import templates
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem.joint import JointProblem
@@ -23,13 +24,6 @@ from bayesub.problem.joint import JointProblem
 STANDARD = {None: "coupled", "horizontal": "horizontal", "vertical": "vertical"}  # manoeuvre of each sub-problem
 N_DRAWS = 8  # boats of the prior at which the expected sds are looked at too
 N_TANK = 5  # values from a towing tank that would determine most of what the trial leaves unknown
-FAMILIES = {
-    "steps": "steps",
-    "curves": "curves between knots",
-    "multisines": "multisines",
-    "standard": "zig-zags and circles",
-    REFINED: "curves that began as the best of the others",
-}
 _PARTS = 10  # of a manoeuvre, at whose ends it is said what is known
 _WILD = (0.3, 1.0)  # shares of the range of the controls, of manoeuvres that need not keep any limit
 _SEED = 101  # of these manoeuvres
@@ -232,6 +226,7 @@ def numbers(design: DesignedTrial) -> dict:
         ],
         "out_of_reach": [dict(vector) for vector in design.structural.vectors],
         "ranks": {axis: rank.summary() for axis, rank in design.unique.ranks.items()},
+        "families": list(design.plan.families),
         "searches": {
             kind: {"n_judgements": one.n_judgements, "cost": one.cost, "best": one.best.tolist()}
             for kind, one in design.searches.items()
@@ -288,33 +283,10 @@ def _finite(content):
 
 def sentence(design: DesignedTrial) -> str:
     """The answer with its numbers; what was asked for by name comes first."""
-    given, after, parts = design.after_standard, design.after, []
-    for asked in design.asked:
-        unit = f" {asked.unit}" if asked.unit else ""
-        text = f"{asked.name} = {asked.value:.3g}{unit}: expected sd {after.sd_of(asked.gradient):.2g}{unit}, before "
-        text += f"the trial {design.before.prior_sd_of(asked.gradient):.2g}"
-        parts.append(text + ("" if given is None else f", standard manoeuvre {given.sd_of(asked.gradient):.2g}"))
-    if (rival := design.judge.rival) is not None:
-        text = f"{rival.vehicle.name} stays {np.sqrt(after.apart):.2g} sds from the readings whatever its coefficients "
-        text += f"are: a test with 1 % false alarms tells it from {design.judge.vehicle.name} with {after.power:.0%}"
-        standards = "" if given is None else f" (standard manoeuvre: {np.sqrt(given.apart):.2g} sds, {given.power:.0%})"
-        parts.append(text + standards)
     counts = [information.n_known(design.share) for information in design.on_draws]
-    known = f"Known to {100 * design.share:g} %: {after.n_known(design.share)} of {len(after.names)} coefficients"
-    known += f" ({min(counts)} to {max(counts)} on boats of the prior); before the trial "
-    known += f"{design.before.n_known(design.share)}"
-    if given is not None and design.standard is not None:
-        times = f", {len(design.manoeuvres)} times" if len(design.manoeuvres) > 1 else ""
-        known += f"; the standard manoeuvre ({design.standard.name}, {design.standard.duration:.4g} s{times}) "
-        known += f"{given.n_known(design.share)}"
-    n_null = len(design.structural)
-    known += f"; {n_null} combination{'s' * (n_null != 1)} of coefficients stay{'s' * (n_null == 1)} out of reach "
-    parts.append(known + "whatever is flown")
-    if any(design.margins):
-        excess = np.max([margin.excess[1:] for margins in design.margins for margin in margins], axis=0)
-        n_within = np.count_nonzero(excess <= 0.0)
-        parts.append(f"{n_within} of {len(excess)} boats that the prior holds possible keep all limits")
-    return ". ".join(parts) + "."
+    beyond = [margin.excess[1:] for margins in design.margins for margin in margins]
+    values = {"counts": counts, "n_null": len(design.structural), "excess": np.max(beyond, axis=0) if beyond else None}
+    return " ".join(templates.fill("bayesub.findings", "designed_trial.txt", design=design, **values).split())
 
 
 def measure_label(design: DesignedTrial) -> str:
@@ -324,25 +296,3 @@ def measure_label(design: DesignedTrial) -> str:
     if design.asked:
         return "sd of what was asked for (% of that before)"
     return f"coefficients known to {100 * design.share:g} %"
-
-
-def search_sentences(design: DesignedTrial) -> list[str]:
-    """Sentences on what was searched and what was not."""
-    plan, family = design.plan, design.plan.family(design.kind)
-    total = sum(one.n_judgements for one in design.searches.values())
-    moved = ", ".join(control.column for control in family.controls)
-    parts = ", ".join(f"{one.n_judgements} of {FAMILIES[kind]}" for kind, one in design.searches.items())
-    lost = [kind for kind in plan.families if kind not in design.searches]
-    sentences = [
-        f"{total} manoeuvres of {family.duration:.4g} s were judged: {parts}. The best is of {FAMILIES[design.kind]}, "
-        f"with {design.searches[design.kind].numbers.size} numbers (controls: {moved})."
-    ]
-    if lost:
-        sentences.append(f"Nothing within the limits was found among {', '.join(FAMILIES[kind] for kind in lost)}.")
-    sentences.append(
-        "Not searched: other lengths, speeds and depths at the start, orders that depend on the motion, and changes of "
-        "trim or buoyancy. The search is random and finds a good manoeuvre, not the best there is; another --seed "
-        "or more --minutes may find a better one. Expected sds are those of the normal approximation: a posterior of "
-        "the flown trial says what was achieved."
-    )
-    return sentences

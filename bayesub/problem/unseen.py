@@ -61,9 +61,10 @@ class UnseenTrial:
         return parameters
 
     def own(self, fitted: TrialProblem | JointProblem) -> np.ndarray:
-        """(n_own,) positions of the parameters that the warm-up tells.
+        """(n_own,) positions of the parameters that are drawn given the warm-up.
 
-        Start, current, biases of sensors, histories of forces, and the noise of a channel that was not fitted.
+        It tells start, current, biases of sensors and histories of forces; the noise of a channel that was not fitted
+        is as its prior has it.
         Coefficients and parameters of the boat that no fitted trial has free are left to the prior.
         """
         return np.array(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label, numbers, search_sentences
+from bayesub.findings.designed_trial import SHARES, DesignedTrial, measure_label, numbers
 from bayesub.findings.run_numbers import null_changes, percent
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.words import with_unit
@@ -37,7 +37,6 @@ def write(folder: Path, design: DesignedTrial) -> dict:
             out_of_reach=null_changes(design.structural, {c["name"]: c["value"] for c in content["coefficients"]}),
             percent=percent,
             with_unit=with_unit,
-            searched=search_sentences(design),
         )
         write_text(folder / "design.json", json.dumps(content, indent=1))
         write_text(folder / "design.html", page)
