@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from bayesub.model.vehicles import Vehicle
 
 
-@click.command(epilog="Example: bayesub check studies/quickstart.toml myboat.toml --card myboat.png")
+@click.command(epilog="Example: bayesub check myboat.toml --card myboat.png")
 @click.argument("files", nargs=-1, required=True, type=PATH, metavar="FILE...")
 @click.option("--card", type=PATH, help="Draw the card of the one vehicle or study in the files into this PNG or PDF.")
 @click.option("--json", "as_json", is_flag=True, help="What is found as JSON, file by file.")

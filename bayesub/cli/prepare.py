@@ -45,8 +45,8 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
 def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None, equations: str | None) -> None:
     """Write a vehicle file with every coefficient of its equations.
 
-    It has every key, and what is unknown is zero. With a geometry, added masses and what follows from them are
-    estimated, each with its uncertainty and source.
+    It has the usual keys, and unknown coefficients are zero. With a geometry, added masses and what follows from them
+    are estimated, each with its uncertainty and source.
     """
     from bayesub.model.equations.files import DEFAULT
     from bayesub.model.hulls import load_hull

@@ -205,7 +205,7 @@ def test_every_key_of_every_file_is_in_the_reference():
         "baselines",
     }
     containers |= {"sampler", "quick", "trials", "derived", "mean", "lower", "upper", "median", "value"}
-    containers |= {"controls", "terms", "time", "columns", *AXES}
+    containers |= {"check", "controls", "terms", "time", "columns", *AXES}
     assert keys - containers - words == set()
 
 
