@@ -237,10 +237,6 @@ def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
             ("batch", "ms", "us a simulation", "simulations/s", "MB"),
             *(_batch(b["size"], b["seconds"], b["bytes"]) for b in numbers["batches"]),
         ],
-        "Number of coefficients, batch of 64": [
-            ("coefficients not zero", "us a simulation"),
-            *((str(row["coefficients"]), f"{1e6 * row['seconds']:.1f}") for row in numbers["non_zero"]),
-        ],
         "Exact sensitivities": [
             ("coefficients", "threads", "ms a Jacobian", "in simulations"),
             *(

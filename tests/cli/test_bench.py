@@ -27,7 +27,6 @@ def test_tables_have_a_row_for_each_measurement():
         "step_s": 0.5,
         "threads": 2,
         "batches": [{"size": 4, "seconds": 1e-4, "bytes": 2_000_000}],
-        "non_zero": [{"coefficients": 21, "seconds": 1e-5}],
         "jacobians": [{"coefficients": 21, "threads": threads, "seconds": 1e-3} for threads in (1, 2)],
         "log_likelihoods": [
             {"noise": noise, "threads": n, "seconds": 1e-3 / n} for n in (1, 2) for noise in (None, "normal")
@@ -37,8 +36,8 @@ def test_tables_have_a_row_for_each_measurement():
         "compilation": {"booth": 3.0},
     }
     *found, (text, none), compiled = tables(numbers).items()
-    assert [len(rows) for _, rows in (*found, compiled)] == [2, 2, 3, 5, 2]
-    batches, _, jacobians, _ = (rows for _, rows in found)
+    assert [len(rows) for _, rows in (*found, compiled)] == [2, 3, 5, 2]
+    batches, jacobians, _ = (rows for _, rows in found)
     assert batches[1][3] == "40,000"
     assert [row[3] for row in jacobians[1:]] == ["4", "8"]
     assert (text, none) == ("first simulation: 9.0 s with compilation, 1.0 s without", [])

@@ -19,7 +19,6 @@ from bayesub.design.plan import Plan, best, families, of_time, of_total, refuse_
 from bayesub.design.prescription import Asked, asked_by_name
 from bayesub.design.search import Found
 from bayesub.findings.designed_trial import DesignedTrial, structural
-from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError, check_known
@@ -158,12 +157,9 @@ def run_before(folder: Path, vehicle: Vehicle) -> FinishedRun:
     """
     try:
         run = finished_run(folder)
+        run.refuse_unconverged()
     except InputError as error:
         raise InputError(f"--after {error}", error.kind, error.key) from None
-    if run.verdict == NOT_CONVERGED:
-        what = f"--after {folder}: the run has not converged, and its posterior may be wrong"
-        remedy = "raise max_steps of [sampler] in its study and continue it with --resume"
-        raise InputError(f"{what}; {remedy}", "state", "--after")
     flown = run.vehicle
     if flown.name != vehicle.name or flown.equations != vehicle.equations:
         text = f"--after {folder}: is a run of '{flown.name}', not of '{vehicle.name}'; design for that boat"

@@ -57,6 +57,13 @@ class FinishedRun:
         reasons = self.posterior.shortcomings if self.verdict == NOT_CONVERGED else ()
         return in_words(self.verdict, reasons) if STATUS[self.verdict] else ""
 
+    def refuse_unconverged(self) -> None:
+        """InputError for a run that has not converged, on which nothing is to be built."""
+        if self.verdict == NOT_CONVERGED:
+            what = f"{self.folder}: the run has not converged, and its posterior may be wrong"
+            remedy = "raise max_steps of [sampler] in its study and continue it with --resume"
+            raise InputError(f"{what}; {remedy}", "state")
+
     @cached_property
     def vehicle(self) -> Vehicle:
         """The boat of the study, with the columns that its actuators have in logs."""

@@ -8,7 +8,6 @@ from bayesub.design.knowledge import KnownBefore
 from bayesub.design.limits import N_DRAWS, Range, load_limits, usual_limits
 from bayesub.design.plan import families, with_manoeuvre
 from bayesub.design.prescription import Prescription
-from bayesub.findings.verdicts import NOT_CONVERGED
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.model.manoeuvres import Manoeuvre
@@ -29,10 +28,7 @@ def prescribe(
     `limits` is a file of ``bayesub new limits``. InputError for a run that has not converged, and names that it does
     not know.
     """
-    if run.verdict == NOT_CONVERGED:
-        what = f"{run.folder}: the run has not converged, and its posterior may be wrong"
-        remedy = "raise max_steps of [sampler] in its study and continue it with --resume"
-        raise InputError(f"{what}; {remedy}", "state")
+    run.refuse_unconverged()
     found = prescription(run.setup(), run.posterior, wanted)
     judge, plane, vehicle = found.judge, found.again.subproblem, run.vehicle
     within = usual_limits(vehicle) if limits is None else load_limits(limits)

@@ -70,10 +70,10 @@ def with_python(*arguments: str, **environment: str) -> None:
     subprocess.run([sys.executable, *arguments], check=True, env=os.environ | environment, stdout=subprocess.PIPE)
 
 
-def spiral(step: float | None = None, subproblem: str | None = "horizontal") -> Simulator:
-    """The simulator of the 600 s spiral of `suboff` at 601 output times, with its own step or a given one (s)."""
+def spiral() -> Simulator:
+    """The simulator of the 600 s spiral of `suboff` at 601 output times."""
     vehicle = load_vehicle("suboff")
-    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), TIMES, dt=step, subproblem=subproblem)
+    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), TIMES, subproblem="horizontal")
 
 
 def perturbed(vehicle: Vehicle, n_batch: int) -> np.ndarray:
@@ -82,7 +82,7 @@ def perturbed(vehicle: Vehicle, n_batch: int) -> np.ndarray:
 
 
 def growth(sizes: tuple[int, ...], seconds: float) -> dict[str, Any]:
-    """Time (s) and memory (bytes) of batches by size, and time by the number of coefficients that are not zero."""
+    """Time (s) and memory (bytes) of batches by size."""
     simulator = spiral()
     vehicle = simulator.vehicle
     batches = []
@@ -94,15 +94,7 @@ def growth(sizes: tuple[int, ...], seconds: float) -> dict[str, Any]:
         memory = states.nbytes + status.nbytes + inputs + simulator._stages.nbytes + work
         duration = shortest(partial(simulator.run, xi), seconds=seconds)[0]
         batches.append({"size": size, "seconds": duration, "bytes": memory})
-    some = vehicle.xi[None].repeat(64, axis=0)
-    everything = np.where(some == 0.0, 1e-12, some)  # not zero, and without effect
-    pruned = []
-    for subproblem, xi in (("horizontal", everything), (None, some), (None, everything)):
-        run = spiral(simulator.step, subproblem)
-        used = int((run.dimensional(xi)[0] != 0.0).sum())
-        duration = shortest(partial(run.run, xi), seconds=seconds)[0]
-        pruned.append({"coefficients": used, "seconds": duration / 64})
-    return {"threads": numba.get_num_threads(), "batches": batches, "non_zero": pruned}
+    return {"threads": numba.get_num_threads(), "batches": batches}
 
 
 def jacobians(seconds: float) -> list[dict[str, Any]]:
