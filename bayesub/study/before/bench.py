@@ -70,10 +70,10 @@ def with_python(*arguments: str, **environment: str) -> None:
     subprocess.run([sys.executable, *arguments], check=True, env=os.environ | environment, stdout=subprocess.PIPE)
 
 
-def spiral() -> Simulator:
-    """The simulator of the 600 s spiral of `suboff` at 601 output times."""
+def spiral(step: float | None = None) -> Simulator:
+    """The simulator of the 600 s spiral of `suboff` at 601 output times, with its own step or a given one (s)."""
     vehicle = load_vehicle("suboff")
-    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), TIMES, subproblem="horizontal")
+    return Simulator(vehicle, load_manoeuvre("horizontal", vehicle), TIMES, dt=step, subproblem="horizontal")
 
 
 def perturbed(vehicle: Vehicle, n_batch: int) -> np.ndarray:
