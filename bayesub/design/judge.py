@@ -25,6 +25,7 @@ from bayesub.problem.likelihoods import Normal, Rounded, SetMembership, UnknownS
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, relative_normal
 from bayesub.problem.problem import Problem
+from bayesub.problem.trial_problem import TrialProblem
 from bayesub.sensors.measurement import unread
 from bayesub.sensors.record import Record
 from bayesub.sensors.sensor import Sensor, channel_name
@@ -81,7 +82,7 @@ class Judge:
         """(n_draws, n_terms) coefficient sets over which a criterion is averaged."""
         return self.vehicle.xi[None] if self.draws is None else self.draws
 
-    def problem(self, manoeuvre: Manoeuvre, step_s: float, readings: np.ndarray | None = None) -> Problem:
+    def problem(self, manoeuvre: Manoeuvre, step_s: float, readings: np.ndarray | None = None) -> TrialProblem:
         """The inference problem of a trial that has not been flown; it has Jacobians, and no likelihood.
 
         Unless it is given readings (n_readings,), those of one channel after those of another.
@@ -235,7 +236,7 @@ def _fits(judge: Judge, manoeuvre: Manoeuvre, step_s: float, xi: np.ndarray, ali
     return fits
 
 
-def _at(problem: Problem, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
+def _at(problem: TrialProblem, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
     """(n_params,) parameters of a problem with coefficients of a set (n_terms,), by their columns."""
     parameters = problem.prior.mean.copy()
     parameters[: problem.n_coefficients] = xi[columns]

@@ -14,6 +14,7 @@ from scipy import optimize
 from bayesub.design.information import Information
 from bayesub.design.judge import Judge, Sensed
 from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.problem.nuisance import ON_READINGS
 from bayesub.sensors import flat
 from bayesub.sensors.sensor import Sensor, channel_name
 
@@ -42,13 +43,17 @@ def further_sensors(
     """
     step = judge.step_s or judge.accurate_step(manoeuvre)
     worth, present = {}, {channel_name(sensor.quantity): sensor for sensor in judge.sensors}
+    unknown = judge.problem(manoeuvre, step).forward.nuisances.parameters
+    of_noise = {one.name: one.channel for one in unknown if one.attribute not in ("", *ON_READINGS)}
     for name, sensors in extra.items():
         added = {channel_name(sensor.quantity): sensor for sensor in flat([sensors])}
         for channel, new in added.items():
             if (old := present.get(channel)) is not None:
                 added[channel] = replace(old, column=new.column, sd=new.sd, resolution=new.resolution)
         noise = {channel: one for channel, one in judge.noise.items() if channel not in added}
-        better = replace(judge, sensors=tuple((present | added).values()), noise=noise, draws=None)
+        nuisance = {one: prior for one, prior in judge.nuisance.items() if of_noise.get(one) not in added}
+        sensors = tuple((present | added).values())
+        better = replace(judge, sensors=sensors, noise=noise, nuisance=nuisance, draws=None)
         (worth[name],) = Sensed(better, manoeuvre, step).information()
     return worth
 
@@ -74,7 +79,7 @@ def unlocking(information: Information, relative_sd: float, n: int, *, share: fl
 
     They are measured to a relative sd; a coefficient counts as known to a share of its value.
     """
-    left = list(np.flatnonzero(information.values))  # what is zero has no relative sd
+    left = np.flatnonzero(information.values).tolist()  # what is zero has no relative sd
     values: list[TankValue] = []
     while left and len(values) < n:
         sds = relative_sd * np.abs(information.values) / information.prior_sd

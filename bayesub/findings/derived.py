@@ -209,13 +209,8 @@ def headlines(found: dict) -> Iterator[dict]:
         of = {which: share for which in ("posterior", "prior") if (share := row[which]["share"]) < _ALL}
         words = listed([f"{100 * share:.2g} % of the {which}" for which, share in of.items()])
         of_which = f"of {words}, which {'have' if len(of) > 1 else 'has'} one" if of else ""
-        yield {
-            "name": row["name"],
-            "label": row["label"].partition(" (")[0],
-            "unit": row["unit"],
-            **ends,
-            "of": of_which,
-        }
+        named = {"name": row["name"], "label": row["label"].partition(" (")[0], "unit": row["unit"]}
+        yield named | ends | {"of": of_which}
 
 
 def sentence(found: dict) -> str:

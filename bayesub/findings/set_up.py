@@ -55,12 +55,13 @@ def noise_sds(problem: AnyProblem, parameters: np.ndarray) -> dict[str, float]:
     """
     sds = {}
     for name, trial, values in problem.each_trial(parameters):
-        errors, (_, nuisances) = trial.predicted(values[None])[0] - trial.readings, trial.arguments(values[None])
-        for one in trial.likelihood.each(nuisances):
-            parts = getattr(one.members, "sd", 0.0), getattr(one.model, "resolution", 0.0) / np.sqrt(12.0)
-            known = float(np.hypot(*parts).item())
-            sd = known if not isinstance(one.model, UnknownSd) else float(np.sqrt(np.mean(errors[one.part] ** 2)))
-            sds[f"{one.name}[{name}]" if name else one.name] = sd
+        for one in trial.likelihood.each(trial.arguments(values[None])[1]):
+            if isinstance(one.model, UnknownSd):
+                errors = trial.predicted(values[None])[0] - trial.readings
+                sd = np.sqrt(np.mean(errors[one.part] ** 2))
+            else:
+                sd = np.hypot(getattr(one.members, "sd", 0.0), getattr(one.model, "resolution", 0.0) / np.sqrt(12.0))
+            sds[f"{one.name}[{name}]" if name else one.name] = float(np.squeeze(sd))
     return sds
 
 

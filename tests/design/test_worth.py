@@ -56,6 +56,9 @@ def test_a_better_instrument_reads_when_the_present_one_does_with_its_own_noise(
     (expected,) = replace(given, sensors=sharp).information(manoeuvre)
     assert by_sensors.relative_sd == pytest.approx(expected.relative_sd, rel=1e-9)
     assert by_study.relative_sd == pytest.approx(expected.relative_sd, rel=1e-9)
+    unknown = replace(given, noise=noise, nuisance=nuisance | {"sd_u_ground_mps": normal(0.01, 0.002)})
+    found = worth.further_sensors(unknown, manoeuvre, {"log": better})["log"]
+    assert found.relative_sd == pytest.approx(expected.relative_sd, rel=1e-9)
 
 
 def test_a_further_sensor_adds_or_takes_the_place_of_one_that_reads_the_same(judge, manoeuvre):
