@@ -138,9 +138,9 @@ def _draw_sds(path: Paths, design: DesignedTrial) -> None:
     standard, after = design.after_standard, design.after.relative_sd
     known = [design.before.relative_sd, after, *([] if standard is None else [standard.relative_sd])]
     order, n_rows = np.argsort(after, kind="stable"), -(-len(after) // 2)
-    per_cent = 100.0 * np.array(known)[:, order]
+    per_cent = 100.0 * np.where(np.isfinite(known), known, np.nan)[:, order]  # what is zero has none
     names = labels([design.after.names[k] for k in order], design.judge.vehicle.equations)
-    low, high = 0.7 * per_cent.min(), 1.5 * per_cent.max()
+    low, high = 0.7 * np.nanmin(per_cent), 1.5 * np.nanmax(per_cent)
     with style.figure(path, 9.0, max(2.6, 1.0 + _ROW * n_rows)) as figure:
         panels = figure.subplots(1, 2 if len(names) > 1 else 1, sharex=True, squeeze=False)[0]
         for k, panel in enumerate(panels):
