@@ -255,12 +255,10 @@ def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
     if "cold_s" in numbers:
         cold, warm = numbers["cold_s"], numbers["warm_s"]
         shown[f"first simulation: {cold:.1f} s with compilation, {warm:.1f} s without"] = []
-    if "compilation" in numbers:
-        seconds = [(name, f"{taken:.2f}") for name, taken in numbers["compilation"].items()]
-        shown["Compilation, from an empty cache"] = [("what", "s of a processor"), *seconds]
-    if "run" in numbers:
-        seconds = [(name, f"{taken:.2f}") for name, taken in numbers["run"].items()]
-        shown["A run of the spiral, all compiled"] = [("part", "s"), *seconds]
+    titles = {"compilation": ("Compilation, from an empty cache", ("what", "s of a processor"))}
+    titles |= {"run": ("A run of the spiral, all compiled", ("part", "s"))}
+    for title, heads, seconds in ((*titles[key], numbers[key]) for key in titles if key in numbers):
+        shown[title] = [heads, *((name, f"{taken:.2f}") for name, taken in seconds.items())]
     return shown
 
 

@@ -32,8 +32,11 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
     from bayesub.study.new import files
 
     path = output or Path(f"{name}.toml")
-    text = files.equations(name, source, path)
-    _write(path, text, f"bayesub check says what it has; then bayesub new vehicle NAME --equations {path}")
+    _write(
+        path,
+        files.equations(name, source, path),
+        f"bayesub check says what it has; then bayesub new vehicle NAME --equations {path}",
+    )
 
 
 @new.command(epilog="Example: bayesub new vehicle myboat --geometry myboat_hull.toml")
@@ -53,8 +56,7 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
     from bayesub.study.new import files
 
     for option, value in (("--geometry", geometry), ("--equations", equations)):
-        if source and value:
-            raise InputError(f"--from and {option} exclude each other", "conflict", option)
+        refuse_several({"--from": source, option: value}, option)
     path = output or Path(f"{name}.toml")
     if source:
         text = files.copied_vehicle(name, source, path)

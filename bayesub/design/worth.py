@@ -37,10 +37,7 @@ def by_sensor(judge: Judge, manoeuvre: Manoeuvre) -> dict[str, Information]:
 def further_sensors(
     judge: Judge, manoeuvre: Manoeuvre, extra: Mapping[str, Sensor | Iterable[Sensor]]
 ) -> dict[str, Information]:
-    """Name -> what the trial determines with one more sensor, or instrument, in place of those that read the same.
-
-    It is where these are, and reads when they do, with noise of its own.
-    """
+    """Name -> what the trial determines with a further sensor, or instrument, where and when the present one reads."""
     step = judge.step_s or judge.accurate_step(manoeuvre)
     worth, present = {}, {channel_name(sensor.quantity): sensor for sensor in judge.sensors}
     unknown = judge.problem(manoeuvre, step).forward.nuisances.parameters

@@ -199,10 +199,7 @@ def in_words(low: float, high: float) -> tuple[str, str]:
 
 
 def headlines(found: dict) -> Iterator[dict]:
-    """Rows ``name, label, unit, posterior, prior, of`` of the headline quantities that follow.
-
-    Posterior and prior are 5 and 95 % as words, and `of` says where a share of the boats has none.
-    """
+    """Rows ``name, label, unit, posterior, prior`` (5 and 95 % as words), ``of`` (whom), of headline quantities."""
     rows = {row["name"]: row for row in found["quantities"] if row["width_ratio"] is not None}
     for row in (rows[name] for name in HEADLINES if name in rows):
         ends = {which: in_words(row[which]["q5"], row[which]["q95"]) for which in ("posterior", "prior")}

@@ -183,9 +183,7 @@ def _place(ratio, chance) -> str | None:
     """Where a history is largest, if the posterior knows and random histories rarely are so uneven."""
     if ratio["q5"] > 1.0 and ratio["median"] > chance[1]:
         return "in the turns"
-    if ratio["q95"] < 1.0 and ratio["median"] < chance[0]:
-        return "out of the turns"
-    return None
+    return "out of the turns" if ratio["q95"] < 1.0 and ratio["median"] < chance[0] else None
 
 
 def _followed(problem, one: FollowedRegressor) -> dict:

@@ -159,9 +159,8 @@ def _heavy(rows) -> str:
 def _remedy(row) -> str:
     far = abs(row["off"] or 0.0) >= CONTRADICTION
     if row["name"] == ALL_CLOCKS:
-        more = f"{row['estimate']:.2g} s more" if far else "another"
-        each = "each clock a prior in [nuisance] (a delay of all controls looks the same)"
-        return f"the trial {more} {ALL_CLOCKS}, or {each}"
+        more = f"{row['estimate']:.2g} s more {ALL_CLOCKS}" if far else f"another {ALL_CLOCKS}"
+        return f"the trial {more}, or each clock a prior in [nuisance] (a delay of all controls looks the same)"
     sd = max(row["size"], _WIDER * abs(row["estimate"] - row["held"])) if far else row["size"]
     return f"it a prior in [nuisance], such as {row['name']} = {{ mean = {row['held']:g}, sd = {sd:.2g} }}"
 
