@@ -253,8 +253,7 @@ def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
         ],
     }
     if "cold_s" in numbers:
-        cold, warm = numbers["cold_s"], numbers["warm_s"]
-        shown[f"first simulation: {cold:.1f} s with compilation, {warm:.1f} s without"] = []
+        shown["first simulation: {cold_s:.1f} s with compilation, {warm_s:.1f} s without".format(**numbers)] = []
     titles = {"compilation": ("Compilation, from an empty cache", ("what", "s of a processor"))}
     titles |= {"run": ("A run of the spiral, all compiled", ("part", "s"))}
     for title, heads, seconds in ((*titles[key], numbers[key]) for key in titles if key in numbers):

@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -152,10 +152,9 @@ class Comparison:
         one, other = (self._of(run, names, run.posterior.draws) for run in (first, second))
         distances = dict(zip(names, wasserstein(one, other).tolist(), strict=True))
         furthest = max(distances, key=lambda name: distances[name])
-        floors = [halves(self._of(run, names, run.posterior.chain)) for run in (first, second)]
-        chance = max((floor for floor in floors if np.isfinite(floor)), default=None)
-        found = {"hellinger": hellinger(one, other), "by_chance": chance, "furthest": furthest}
-        return pair | found | {"wasserstein": distances}
+        floors = (halves(self._of(run, names, run.posterior.chain)) for run in (first, second))
+        pair |= {"hellinger": hellinger(one, other), "by_chance": max(filter(np.isfinite, floors), default=None)}
+        return pair | {"furthest": furthest, "wasserstein": distances}
 
     def _sentences(self, numbers: dict) -> dict[str, str]:
         """What is to be said, by topic."""
@@ -170,8 +169,8 @@ class Comparison:
         values = {"labels": labels, "names": names, "best": best, "apart": apart, "flown": flown, "cell": cell}
         values |= {"clear": CLEAR, "manoeuvre": self.manoeuvre}
         topics = {"shared": True, "known": names, "distance": pairs, "prediction": flown}
-        said = (topic for topic, is_known in topics.items() if is_known)
-        sentences = {t: templates.fill("bayesub.findings", "comparison.txt", topic=t, **values) for t in said}
+        fill = partial(templates.fill, "bayesub.findings", "comparison.txt", **values)
+        sentences = {topic: fill(topic=topic) for topic, is_said in topics.items() if is_said}
         missing = [f"{run.label}: {run.why_not}" for run in self.runs if run.why_not]
         sentences |= {"not predicted": "; ".join(missing)} if missing else {}
         return {topic: " ".join(text.split()) for topic, text in sentences.items()}
