@@ -80,7 +80,7 @@ force_option = click.option("--force", is_flag=True, help="Replace what is in th
 
 
 def _keeping_memory(_context: click.Context, _option: click.Parameter, cluster: str) -> str:
-    """What --dask names; workers of this machine keep memory, which Dask has them give back: half of their time."""
+    """The option as it is. Workers of ``local:N`` are to keep memory that is free, which Dask has them give back."""
     if cluster.startswith("local:"):
         with contextlib.suppress(ImportError):
             import dask.config

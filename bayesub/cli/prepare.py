@@ -32,11 +32,8 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
     from bayesub.study.new import files
 
     path = output or Path(f"{name}.toml")
-    _write(
-        path,
-        files.equations(name, source, path),
-        f"bayesub check says what it has; then bayesub new vehicle NAME --equations {path}",
-    )
+    text = files.equations(name, source, path)
+    _write(path, text, f"bayesub check says what it has; then bayesub new vehicle NAME --equations {path}")
 
 
 @new.command(epilog="Example: bayesub new vehicle myboat --geometry myboat_hull.toml")

@@ -221,14 +221,15 @@ def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
         return
     correlation = np.triu(results.correlation[:n, :n], 1)
     pair = np.unravel_index(np.argmax(np.abs(correlation)), correlation.shape)
-    draws, ends = sample.draws, np.transpose([prior.quantiles(p) for p in coefficients.PRIOR_EDGES])
+    both = zip(corner.edge(prior, *pair), pair, strict=True)
+    edge = np.transpose([coefficients.ratios(side, reference, prior)[:, k] for side, k in both])
     yield ReportFigure(
         "pair_small",
         f"The strongest pair, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior, if it is near.",
         lambda path: corner.draw_small(
             path,
-            coefficients.ratios(draws, reference, prior)[:, pair],
-            np.sort(coefficients.ratios(ends.T, reference, prior)[:, pair].T),
+            coefficients.ratios(sample.draws, reference, prior)[:, pair],
+            edge,
             coefficients.labels([sample.names[k] for k in pair], results.problem.equations),
             word,
         ),

@@ -115,3 +115,16 @@ def test_a_manoeuvre_beyond_the_limits_is_not_proposed(bayesub, finished, monkey
     assert status == 0, err
     assert "another manoeuvre" not in out
     assert "none of those that were tried keeps the limits" in out + err
+
+
+def test_a_quantity_is_refused_where_more_of_the_boat_is_inferred_than_coefficients(bayesub, finished, tmp_path):
+    """Its sd would be that of another boat; coefficients are not refused."""
+    folder = str(finished("scaled", nuisance={"scale_rudder": {"mean": 1.0, "sd": 0.2}}))
+    after = ("design", "auv690", "--after", folder, "--subproblem", "horizontal", "-o", str(tmp_path / "designed"))
+    for command in (("next", folder), after):
+        status, _, err = bayesub(*command, "--for", "tactical_diameter_m")
+        assert (status, err.count("\n")) == (2, 1)
+        refusals.check(bayesub.error, "conflict", "--for")
+        assert "scale_rudder" in err
+    assert not (tmp_path / "designed").exists()
+    assert bayesub("next", folder, "--for", "Nuv")[0] == 0

@@ -42,7 +42,7 @@ _REACH = 2.4  # prior sds from the middle to the edge of a panel of the strip
 _CLOUD = 4.2  # standard deviations from the middle of a cloud to the edge of its cells
 _CELLS = 40  # of a cloud in each direction
 _SMOOTHING = 1.0  # cells
-_NEAR = 0.03  # of the prior, the sd of a pair beside which it is drawn on the first screen
+_NEAR = 0.023  # of the edge of the prior, the sd of a pair beside which it is drawn on the first screen
 _WIDE = 0.25  # prior sds of a posterior beside which the whole prior is shown
 _BINS = 50  # of a marginal
 _PALE = "#A9CDE4"
@@ -111,7 +111,7 @@ def draw_pairs(
             half = unit[both] * (0.5 * (high - low) / unit[both]).max()
             low, high = 0.5 * (low + high) - half, 0.5 * (low + high) + half
             contours(panel, draws[:, both])
-            panel.plot(*(ratio(side)[:, k] for k, side in zip(both, _edge(prior, i, j), strict=True)), **_EDGE)
+            panel.plot(*(ratio(side)[:, k] for k, side in zip(both, edge(prior, i, j), strict=True)), **_EDGE)
             for k, line in zip(both, (panel.axvline, panel.axhline), strict=True):
                 if k < n:
                     line(1.0, color=style.TRUTH, lw=0.7)
@@ -132,15 +132,14 @@ def draw_pairs(
 
 
 def draw_small(path: Paths, draws: np.ndarray, prior: np.ndarray, names: Sequence[str], word: str) -> None:
-    """Draws (n, 2) of two coefficients as ratios, and the ellipse that holds 90 % of their prior, for the first screen.
+    """Draws (n, 2) of two coefficients as ratios, and what holds 90 % of their prior, for the first screen.
 
-    `prior`: (2, 2) the 5 and 95 % quantiles of each; `word`: what ratios refer to.
+    `prior`: (60, 2) its edge (:func:`edge`); `word`: what ratios refer to.
     """
     with style.figure(path, *style.SMALL) as figure:
         axis = figure.subplots()
-        circle = CIRCLE.T * np.ptp(prior, axis=1) / np.ptp(special.ndtri([0.05, 0.95]))
-        if draws.std(axis=0).max() > _NEAR * np.ptp(prior, axis=1).min():
-            axis.plot(*(prior.mean(axis=1) + circle).T, **style.PRIOR_LINE)
+        if draws.std(axis=0).max() > _NEAR * np.ptp(prior, axis=0).min():
+            axis.plot(*prior.T, **style.PRIOR_LINE)
         contours(axis, draws[:: -(-len(draws) // DRAWS)])
         axis.plot([1.0], [1.0], "+", ms=9, mew=1.2, color=style.TRUTH)
         axis.set_aspect("equal", adjustable="datalim")
@@ -199,7 +198,7 @@ def draw(
         for row, column in zip(rows, columns, strict=True):
             contours(axis, np.stack([column + SIDE * draws[:, column], row + SIDE * (1.0 - draws[:, row])], axis=1))
         _draw_marginals(axis, draws, quantiles)
-        edges = [[place(side) for side in _edge(prior, *chosen[[i, j]])] for j, i in zip(rows, columns, strict=True)]
+        edges = [[place(side) for side in edge(prior, *chosen[[i, j]])] for j, i in zip(rows, columns, strict=True)]
         x, y = (
             np.stack([e[k][:, m] for e, m in zip(edges, at, strict=True)], axis=1)
             for k, at in enumerate((columns, rows))
@@ -220,7 +219,7 @@ def draw(
         figure.legend(handles, words, loc="upper center", ncols=ncols, fontsize=8, borderaxespad=0.2)
 
 
-def _edge(prior, i: int, j: int) -> list[np.ndarray]:
+def edge(prior: Prior, i: int, j: int) -> list[np.ndarray]:
     """What holds 90 % of the prior of two parameters: (60, n_params), where i counts of the first, j of the second."""
     slopes = prior.chain(np.eye(len(prior.sd))[[i, j]], np.zeros(len(prior.sd)))
     rho = slopes[0] @ slopes[1] / np.prod(np.linalg.norm(slopes, axis=1))

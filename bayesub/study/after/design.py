@@ -103,6 +103,8 @@ def pose(request: Request) -> Question:
     vehicle = load_vehicle(request.vehicle)
     subproblem = vehicle.equations.subproblem(request.subproblem)
     run = None if request.after is None else run_before(request.after, vehicle)
+    if run is not None:
+        run.refuse_quantities(request.wanted)
     known = None if run is None else KnownBefore.by(run.posterior, vehicle)
     vehicle = vehicle if known is None else known.vehicle(vehicle)
     limits = usual_limits(vehicle) if request.limits is None else load_limits(request.limits)

@@ -1,7 +1,7 @@
 """A finished run, as other commands take it up: its study, posterior and estimates read back, its page made again."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,8 +12,9 @@ from bayesub.inference.sampling import CrossCheck, Posterior, posterior_file
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.model.quantities import replayed
+from bayesub.model.quantities import QUANTITIES, replayed
 from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.problem.nuisance import of_boat
 from bayesub.study.provenance import COMPUTED, copy_name
 from bayesub.study.run import script
 from bayesub.study.run.infer import DERIVED, ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
@@ -63,6 +64,13 @@ class FinishedRun:
             what = f"{self.folder}: the run has not converged, and its posterior may be wrong"
             remedy = "raise max_steps of [sampler] in its study and continue it with --resume"
             raise InputError(f"{what}; {remedy}", "state")
+
+    def refuse_quantities(self, wanted: Iterable[str]) -> None:
+        """InputError for a quantity among what is asked for, if the run infers more of the boat than coefficients."""
+        others = [name for name in self.posterior.names if of_boat(name, self.vehicle)]
+        for name in (name for name in wanted if others and name in QUANTITIES):
+            what = f"--for {name}: depends on {', '.join(others)} too, inferred in the run"
+            raise InputError(f"{what}; ask for coefficients", "conflict", "--for")
 
     @cached_property
     def vehicle(self) -> Vehicle:

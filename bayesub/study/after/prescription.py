@@ -25,10 +25,11 @@ def prescribe(
 ) -> tuple[Prescription, Manoeuvre | None]:
     """What to do after a run for names that are `wanted`, and the manoeuvre; None if no control may move.
 
-    `limits` is a file of ``bayesub new limits``. InputError for a run that has not converged, and names that it does
-    not know.
+    `limits` is a file of ``bayesub new limits``. InputError for a run that has not converged, names that it does not
+    know, and quantities that depend on more than coefficients.
     """
     run.refuse_unconverged()
+    run.refuse_quantities(wanted)
     found = prescription(run.setup(), run.posterior, wanted)
     judge, plane, vehicle = found.judge, found.again.subproblem, run.vehicle
     within = usual_limits(vehicle) if limits is None else load_limits(limits)

@@ -9,10 +9,7 @@ from bayesub.design.judge import Judge
 from bayesub.design.knowledge import KnownBefore
 from bayesub.design.prescription import Prescription, prescribe
 from bayesub.inference.sampling import Posterior
-from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre
-from bayesub.model.quantities import QUANTITIES
-from bayesub.problem.nuisance import of_boat
 from bayesub.sensors import flat
 from bayesub.sensors.sensor import channel_name
 from bayesub.study.run.prepare import Setup
@@ -22,14 +19,8 @@ from bayesub.study.schema.prior_section import noise_models
 def prescription(setup: Setup, posterior: Posterior, wanted: Sequence[str] = ()) -> Prescription:
     """That after the last trial of a study, for coefficients and quantities, by default five coefficients.
 
-    InputError for a name that is not known, a quantity that depends on more than coefficients, and draws of which a
-    coefficient is always the same.
+    InputError for a name that is not known, and draws of which a coefficient is always the same.
     """
-    others = [name for name in setup.problem.names if of_boat(name, setup.vehicle)]
-    for name in wanted if others else ():
-        if name in QUANTITIES:
-            what = f"--for {name}: depends on {', '.join(others)} too, inferred in the run"
-            raise InputError(f"{what}; ask for coefficients", "conflict", "--for")
     return prescribe(*judge_of_next(setup, posterior), wanted)
 
 

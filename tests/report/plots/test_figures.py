@@ -291,7 +291,7 @@ def test_the_edge_of_a_prior_with_correlations_slants_with_it():
     prior = CorrelatedNormal(
         np.array([1.0, 2.0, -1.0]), np.linalg.cholesky([[0.04, 0.0, 0.0396], [0, 1, 0], [0.0396, 0, 0.04]])
     )
-    x, y = (side[:, k] for side, k in zip(corner._edge(prior, 0, 2), (0, 2), strict=True))
+    x, y = (side[:, k] for side, k in zip(corner.edge(prior, 0, 2), (0, 2), strict=True))
     inside = MatplotlibPath(np.stack([x, y], axis=1)).contains_points(prior.sample(RNG, 20_000)[:, [0, 2]])
     assert inside.mean() == pytest.approx(0.9, abs=0.01)
     assert np.ptp((x - 1.0) - (y + 1.0)) < 0.2 * np.ptp(x)
