@@ -220,7 +220,7 @@ def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     if n < 2:
         return
     correlation = np.triu(results.correlation[:n, :n], 1)
-    pair = np.unravel_index(np.argmax(np.abs(correlation)), correlation.shape)
+    pair = divmod(int(np.argmax(np.abs(correlation))), n)
     both = zip(corner.edge(prior, *pair), pair, strict=True)
     edge = np.transpose([coefficients.ratios(side, reference, prior)[:, k] for side, k in both])
     yield ReportFigure(

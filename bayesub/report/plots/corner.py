@@ -219,7 +219,7 @@ def draw(
         figure.legend(handles, words, loc="upper center", ncols=ncols, fontsize=8, borderaxespad=0.2)
 
 
-def edge(prior: Prior, i: int, j: int) -> list[np.ndarray]:
+def edge(prior: Any, i: int, j: int) -> list[np.ndarray]:
     """What holds 90 % of the prior of two parameters: (60, n_params), where i counts of the first, j of the second."""
     slopes = prior.chain(np.eye(len(prior.sd))[[i, j]], np.zeros(len(prior.sd)))
     rho = slopes[0] @ slopes[1] / np.prod(np.linalg.norm(slopes, axis=1))
