@@ -86,12 +86,22 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
         rate = min(np.inf if member.rate is None else member.rate, given.get(f"{column}ps", np.inf) * factor)
         if np.isfinite(largest):  # and not the density of the water, or a tank of unknown size
             moved.append(Control(column, member.rest, member.zero - largest, member.zero + largest, rate))
-    steady = vehicle.rpm_per_mps * vehicle.speed_mps
-    low, high = (0.01 * percent * steady for percent in (limits.min_rpm_percent, limits.max_rpm_percent))
+    low, steady, high = _rpm(vehicle, limits)
     if RPM in vehicle.inputs and low < high:
-        rate = np.inf if limits.rpm_percentps is None else 0.01 * limits.rpm_percentps * steady
+        rate = (
+            np.inf
+            if limits.rpm_percentps is None
+            else 0.01 * limits.rpm_percentps * vehicle.rpm_per_mps * vehicle.speed_mps
+        )
         moved.append(Control(RPM, steady, low, high, rate))
     return tuple(moved)
+
+
+def _rpm(vehicle: Vehicle, limits: Limits) -> tuple[float, float, float]:
+    """The least propeller speed, that at which a trial begins, the nearest to self-propulsion, and the largest."""
+    steady = vehicle.rpm_per_mps * vehicle.speed_mps
+    low, high = (0.01 * percent * steady for percent in (limits.min_rpm_percent, limits.max_rpm_percent))
+    return low, min(max(steady, low), high), high
 
 
 @dataclass(frozen=True)
@@ -152,7 +162,7 @@ class Family:
     def _of(self, histories, name):
         vehicle = self.vehicle
         inputs = np.tile(vehicle.actuators.rest, (len(self.times), 1))
-        rpm = histories.get(RPM, np.full(len(self.times), vehicle.rpm_per_mps * vehicle.speed_mps))
+        rpm = histories.get(RPM, np.full(len(self.times), _rpm(vehicle, self.limits)[1]))
         for k, member in enumerate(vehicle.actuators.members):
             if member.column in histories:
                 inputs[:, k] = histories[member.column]

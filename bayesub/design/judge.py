@@ -47,6 +47,7 @@ class Judge:
     prior: CoefficientPrior = field(default_factory=lambda: relative_normal(0.25))  # of one trial and the next
     precision: np.ndarray | None = None  # (n, n) of the prior, in its sds, where an earlier trial knows more
     nuisance: Mapping[str, Prior] = field(default_factory=dict)  # nuisance parameters of each trial, integrated out
+    expected: Mapping[str, float] = field(default_factory=dict)  # values of some of them; by default the prior means
     noise: Mapping[str, Noise] = field(default_factory=dict)  # as of :class:`bayesub.Problem`
     disturbance: UnknownDisturbance | None = None  # unmodelled forces, whose histories are integrated out
     subproblem: str | None = None
@@ -166,7 +167,7 @@ class Sensed:
         self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
         self._jacobians = []  # (n_rows, n_params) derivatives of readings over their sds by parameters in prior sds
         for xi in judge.sets:
-            parameters = _at(problem, judge.columns[self._places], xi)
+            parameters = _at(problem, judge, xi)
             with np.errstate(invalid="ignore"):  # what an unknown noise learns of itself takes readings
                 self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
         self._fits = (
@@ -216,15 +217,15 @@ def _fits(judge: Judge, manoeuvre: Manoeuvre, step_s: float, xi: np.ndarray, ali
     The rival's search begins at the coefficients `alike`. None where a flight fails.
     """
     assert judge.rival is not None
-    rival = replace(judge.rival, sensors=judge.sensors, noise=judge.noise)
+    rival = replace(judge.rival, sensors=judge.sensors, noise=judge.noise, expected=judge.expected)
     problem = judge.problem(manoeuvre, step_s)
-    true = _at(problem, problem.columns, xi)
+    true = _at(problem, judge, xi)
     readings, fits = problem.predicted(true[None])[0], []
     if not np.isfinite(readings).all():
         return None
     for one, own in ((judge, xi), (rival, alike)):
         fitted = one.problem(manoeuvre, step_s, readings)
-        start = _at(fitted, fitted.columns, own)
+        start = _at(fitted, judge, own)
         try:
             values = gauss_newton(fitted, start).values
         except ValueError:
@@ -236,10 +237,11 @@ def _fits(judge: Judge, manoeuvre: Manoeuvre, step_s: float, xi: np.ndarray, ali
     return fits
 
 
-def _at(problem: TrialProblem, columns: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """(n_params,) parameters of a problem with coefficients of a set (n_terms,), by their columns."""
-    parameters = problem.prior.mean.copy()
-    parameters[: problem.n_coefficients] = xi[columns]
+def _at(problem: TrialProblem, judge: Judge, xi: np.ndarray) -> np.ndarray:
+    """(n_params,) parameters of a problem with coefficients of a set (n_terms,), and what a judge expects of others."""
+    means = zip(problem.names, problem.prior.mean.tolist(), strict=True)
+    parameters = np.array([judge.expected.get(name, mean) for name, mean in means])
+    parameters[: problem.n_coefficients] = xi[problem.columns]
     return parameters
 
 

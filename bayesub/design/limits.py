@@ -16,6 +16,7 @@ from bayesub.model.simulator import Simulator
 from bayesub.model.vehicles import Vehicle
 
 N_DRAWS = 128  # of the prior, that fly a manoeuvre
+_AREA = ("range_north_m", "range_east_m")
 _SAMPLES = 300  # of a flight, at which limits are judged
 Percent = Annotated[float, pydantic.Field(ge=0.0, le=200.0)]
 Share = Annotated[float, pydantic.Field(ge=0.0, le=1.0)]
@@ -42,8 +43,10 @@ class Limits(Section):
     rpm_percentps: Positive | None = None  # largest rate of change, per cent of it a second; None if it may jump
     orders_an_hour: Positive | None = None  # to one control, by a helmsman; None for an autopilot: it follows any curve
     depth_change_m: Positive | None = None  # largest distance from the depth at the start
-    surface_m: float | None = None  # smallest depth of the highest point of the hull
-    bottom_m: float | None = None  # largest depth of its lowest point
+    surface_m: float | None = (
+        None  # smallest depth of bow and stern on the axis of the hull, which has a radius besides
+    )
+    bottom_m: float | None = None  # largest depth of bow and stern on that axis
     pitch_deg: Positive | None = None
     roll_deg: Positive | None = None
     min_speed_mps: float | None = None  # of surge
@@ -113,10 +116,13 @@ class Range:
         self.n_wanted = int(np.ceil(limits.share_of_draws * len(draws)))  # of the draws, that must keep all limits
 
     def allow(self, straight: Manoeuvre) -> None:
-        """Ask of no more draws to keep all limits than keep them in straight flight, unless the limits say how many."""
+        """Ask of no more draws to keep all limits than keep them, but that of the area, in straight flight.
+
+        Unless the limits say how many.
+        """
         if "share_of_draws" not in self.limits.model_fields_set:
-            within = np.all([margin.excess[1:] <= 0.0 for margin in self.margins(straight)], axis=0)
-            self.n_wanted = min(self.n_wanted, int(np.sum(within)))
+            beyond = [margin.excess[1:] > 0.0 for margin in self.margins(straight) if margin.key not in _AREA]
+            self.n_wanted = min(self.n_wanted, len(self.sets) - 1 - int(np.sum(np.any(beyond, axis=0))))
 
     def flown(self, manoeuvre: Manoeuvre) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times (n_times,), states (n_flights, n_times, 12) and whether each flight (n_flights,) came to its end."""
@@ -159,8 +165,10 @@ class Range:
         return float(total)
 
     def refuse(self, straight: Manoeuvre) -> None:
-        """InputError if even straight flight breaks a limit, but that of depth, which planes amidships do not hold."""
+        """InputError if even straight flight breaks a limit, but those of depth, which planes amidships do not hold, and
+        of the area, which turns may keep.
+        """
         for margin in self.margins(straight):
-            if margin.excess[0] > 0.0 and margin.key != "depth_change_m":
+            if margin.excess[0] > 0.0 and margin.key not in ("depth_change_m", *_AREA):
                 what = f"limits: even straight flight at {self.vehicle.speed_mps:g} m/s reaches {margin.reached[0]:.3g}"
                 raise InputError(f"{what}, beyond {margin.key} = {margin.limit:g}; widen it", "conflict", margin.key)

@@ -286,6 +286,7 @@ def sentence(design: DesignedTrial) -> str:
     counts = [information.n_known(design.share) for information in design.on_draws]
     beyond = [margin.excess[1:] for margins in design.margins for margin in margins]
     values = {"counts": counts, "n_null": len(design.structural), "excess": np.max(beyond, axis=0) if beyond else None}
+    values |= {"broken": [margin for margins in design.margins for margin in margins if margin.excess[0] > 0.0]}
     return " ".join(templates.fill("bayesub.findings", "designed_trial.txt", design=design, **values).split())
 
 

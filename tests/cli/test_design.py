@@ -232,7 +232,7 @@ def test_every_criterion_and_all_that_a_trial_may_not_know(goal, folder, bayesub
 
 BAD = {
     "limits that straight flight breaks": (
-        "--limits straight.toml", "conflict", "range_north_m"
+        "--limits straight.toml", "conflict", "max_speed_mps"
     ),
     "no limit": ("--limits typo.toml", "unknown", "depth_chang_m"),
     "a limit above another": ("--limits order.toml", "conflict", ""),
@@ -278,7 +278,7 @@ def test_bad_input_is_one_line(case, folder, bayesub):
     """It names file or option and remedy, and makes no folder."""
     options, kind, key = BAD[case]
     pressure = '[[sensors]]\nkind = "pressure"\nsd_m = 0.05\n'
-    (folder / "straight.toml").write_text("duration_s = 40.0\nrange_north_m = 10.0\n")
+    (folder / "straight.toml").write_text("duration_s = 40.0\nmax_speed_mps = 1.0\n")
     (folder / "typo.toml").write_text("depth_chang_m = 10.0\n")
     (folder / "order.toml").write_text("min_speed_mps = 2.0\nmax_speed_mps = 1.0\n")
     (folder / "helmsman.toml").write_text("duration_s = 40.0\norders_an_hour = 400.0\n")

@@ -10,7 +10,9 @@ from support import refusals
 from bayesub.findings.verdicts import IN_CONFLICT, STATUS, in_words
 from bayesub.inference.sampling import posterior_file
 from bayesub.io.errors import InputError
-from bayesub.study.after import prescription
+from bayesub.study.after import design, prescription
+from bayesub.study.after.finished_run import finished_run
+from bayesub.study.run.prescribed import judge_of_next
 
 
 @pytest.fixture(autouse=True)
@@ -128,3 +130,18 @@ def test_a_quantity_is_refused_where_more_of_the_boat_is_inferred_than_coefficie
         assert "scale_rudder" in err
     assert not (tmp_path / "designed").exists()
     assert bayesub("next", folder, "--for", "Nuv")[0] == 0
+
+
+def test_what_else_is_unknown_is_expected_where_the_run_found_it(finished, tmp_path):
+    """The start is slower than its prior has it: derivatives are taken there, and a rival has to find it out too."""
+    start = {"mean": 3.0, "sd": 1.0}
+    folder = finished("slow", nuisance={"u0_mps": start})
+    run = finished_run(folder)
+    judge, _ = judge_of_next(run.setup(), run.posterior)
+    found = run.posterior.mean[run.posterior.names.index("u0_mps")]
+    assert judge.expected == {"u0_mps": pytest.approx(found, rel=1e-12)}
+    assert abs(found - start["mean"]) > 0.5 * start["sd"]
+    asked = {"after": folder, "wanted": ("apart:auv690",), "subproblem": "horizontal"}
+    posed = design.pose(design.Request("auv690", **asked)).judge
+    assert posed.rival is not None
+    assert posed.rival.nuisance.keys() == posed.nuisance.keys() == {"u0_mps"}

@@ -89,6 +89,22 @@ def test_nuisance_parameters_are_integrated_out(boat, manoeuvre):
     assert np.all(told.posterior_sd >= without.posterior_sd * (1.0 - 1e-9))
 
 
+def test_derivatives_are_those_where_nuisance_parameters_are_expected(boat, manoeuvre):
+    """At a slow start in a current, and not where the priors have their means; likewise of a rival that fits."""
+    nuisance = {"u0_mps": bs.priors.normal(7.0, 3.0), "current_north_mps": bs.priors.normal(0.0, 1.0)}
+    expected = {"u0_mps": 3.0, "current_north_mps": 1.2}
+    judge = judge_of(boat, nuisance=nuisance, expected=expected)
+    problem = posed(
+        boat, manoeuvre, nuisance={name: bs.priors.normal(expected[name], p.sd[0]) for name, p in nuisance.items()}
+    )
+    (told,) = judge.information(manoeuvre)
+    assert told.posterior_sd == pytest.approx(dense_sds(problem, told.names), rel=1e-6)
+    (elsewhere,) = judge_of(boat, nuisance=nuisance).information(manoeuvre)
+    assert np.any(np.abs(elsewhere.posterior_sd / told.posterior_sd - 1.0) > 0.05)
+    (same,) = replace(judge, rival=judge_of(boat, nuisance=nuisance)).information(manoeuvre)
+    assert same.apart == pytest.approx(0.0, abs=1e-6)
+
+
 def test_histories_of_forces_are_integrated_out(boat, manoeuvre):
     sds = {axis: bs.priors.log_normal(2e-5, 0.5) for axis in ("X", "N")}
     forces = UnknownDisturbance(

@@ -104,6 +104,15 @@ def test_no_more_draws_must_keep_limits_than_keep_them_in_straight_flight(boat):
         assert flown.n_wanted == wanted
 
 
+def test_straight_flight_need_not_stay_in_an_area_where_turns_do(boat):
+    """It is not refused, and all boats are asked to keep what none keeps straight ahead; nor is any let off no limit."""
+    for limits in (Limits(range_north_m=2000.0), Limits()):
+        flown = Range(boat, limits, np.tile(boat.xi, (20, 1)), None, STEP)
+        flown.refuse(straight(boat, limits))
+        flown.allow(straight(boat, limits))
+        assert flown.n_wanted == 20
+
+
 def test_the_penalty_is_that_of_the_worst_limit_of_each_flight(boat):
     flown = Range(boat, Limits(), np.empty((0, len(boat.xi))), None, STEP)
     pitch, roll = Margin("pitch_deg", 10.0, np.array([12.0])), Margin("roll_deg", 10.0, np.array([15.0]))
@@ -126,7 +135,6 @@ def test_usual_limits_allow_straight_flight(name):
         ({"bottom_m": 99.0}, "bottom_m"),
         ({"max_speed_mps": 7.0}, "max_speed_mps"),
         ({"min_speed_mps": 8.0}, "min_speed_mps"),
-        ({"range_north_m": 2000.0}, "range_north_m"),
     ],
 )
 def test_limits_that_straight_flight_breaks_are_refused_in_one_line(boat, limits, key):

@@ -27,6 +27,7 @@ from bayesub.io.words import measured
 from bayesub.logs.log_files import write_log
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.model.vehicles import Vehicle, load_vehicle
+from bayesub.problem.distributions import Prior
 from bayesub.problem.problem import channel_noises
 from bayesub.report import design as report
 from bayesub.sensors import unread
@@ -136,7 +137,8 @@ def pose(request: Request) -> Question:
         if len({tuple(m.column for m in one.actuators.members) for one in (vehicle, vehicle_of)}) > 1:
             text = f"--for {APART}{rivals[0]}: '{vehicle_of.name}' has other controls than '{vehicle.name}', and would "
             raise InputError(f"{text}not fly the same manoeuvre; give them the same [[actuators]]", "conflict", "--for")
-        judge = replace(judge, rival=file.judge(vehicle_of, family, manoeuvres[0], request.sensors))
+        rival = file.judge(vehicle_of, family, manoeuvres[0], request.sensors)
+        judge = replace(judge, rival=replace(rival, nuisance=_unknown(judge, vehicle_of, manoeuvres[0])))
     goal, asked, meaning = goal_of(request.wanted, judge, flights, of_kinds)
     refuse_uninformed(judge, manoeuvres, {one.name: one.gradient for one in asked})
     of_set = " and of any manoeuvre" if request.trials > 1 else ""
@@ -180,10 +182,15 @@ def without(judge: Judge, lost: Sequence[str], manoeuvre: Manoeuvre) -> Judge:
     left = tuple(s for s, known in zip(judge.sensors, names, strict=True) if known.isdisjoint(lost))
     if not left:
         raise InputError("--without leaves no sensor to design for; give others with --sensors", "missing", "--without")
-    channels = unread(left, manoeuvre.duration).channels
-    noise = {c.name: judge.noise[c.name] for c in channels if c.name in judge.noise}
-    nuisance = present(dict(judge.nuisance), judge.vehicle, manoeuvre, channels, channel_noises(channels, noise))
-    return replace(judge, sensors=left, noise=noise, nuisance=nuisance)
+    kept = {channel_name(sensor.quantity) for sensor in left}
+    judge = replace(judge, sensors=left, noise={name: one for name, one in judge.noise.items() if name in kept})
+    return replace(judge, nuisance=_unknown(judge, judge.vehicle, manoeuvre))
+
+
+def _unknown(judge: Judge, vehicle: Vehicle, manoeuvre: Manoeuvre) -> dict[str, Prior]:
+    """What a judge has to find out besides coefficients, as far as its sensors and a vehicle have a part in it."""
+    channels = unread(judge.sensors, manoeuvre.duration).channels
+    return present(dict(judge.nuisance), vehicle, manoeuvre, channels, channel_noises(channels, judge.noise))
 
 
 def drawn(judge: Judge, n: int, rng: np.random.Generator) -> np.ndarray:

@@ -25,9 +25,12 @@ def prescription(setup: Setup, posterior: Posterior, wanted: Sequence[str] = ())
 
 
 def judge_of_next(setup: Setup, posterior: Posterior) -> tuple[Judge, Manoeuvre]:
-    """The judge of a next trial, read as the last one of a study, whose prior is a posterior; and that manoeuvre."""
+    """The judge of a next trial, read as the last one of a study, whose prior is a posterior; and that manoeuvre.
+
+    Start, current, body and whatever else is unknown besides coefficients are expected where the posterior has them.
+    """
     study, vehicle = setup.study, setup.vehicle
-    *_, (name, posed, _) = setup.problem.each_trial(posterior.best)
+    *_, (name, posed, mean) = setup.problem.each_trial(posterior.draws.mean(axis=0))
     (sections,) = (sections for one, _, sections in study.each_trial() if one == name)
     trial = setup.trials[name]
     # A log that was thinned, or has gaps, is read that way again.
@@ -38,8 +41,9 @@ def judge_of_next(setup: Setup, posterior: Posterior) -> tuple[Judge, Manoeuvre]
     ]
     *_, noise = noise_models(study.noise, [one.record.channels for one in setup.trials.values()])
     known = KnownBefore.by(posterior, vehicle)
+    expected = {one: value for one, value in zip(posed.names, mean.tolist(), strict=True) if one in trial.nuisance}
     judge = Judge(
-        known.vehicle(vehicle), tuple(sensors), known.names, nuisance=trial.nuisance, noise=noise,
+        known.vehicle(vehicle), tuple(sensors), known.names, nuisance=trial.nuisance, expected=expected, noise=noise,
         disturbance=setup.disturbance, subproblem=trial.manoeuvre.subproblem, step_s=posed.simulator.step,
     )  # fmt: skip
     return known.judge(judge), trial.manoeuvre
