@@ -86,14 +86,10 @@ def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
         rate = min(np.inf if member.rate is None else member.rate, given.get(f"{column}ps", np.inf) * factor)
         if np.isfinite(largest):  # and not the density of the water, or a tank of unknown size
             moved.append(Control(column, member.rest, member.zero - largest, member.zero + largest, rate))
-    low, steady, high = _rpm(vehicle, limits)
+    low, begin, high = _rpm(vehicle, limits)
     if RPM in vehicle.inputs and low < high:
-        rate = (
-            np.inf
-            if limits.rpm_percentps is None
-            else 0.01 * limits.rpm_percentps * vehicle.rpm_per_mps * vehicle.speed_mps
-        )
-        moved.append(Control(RPM, steady, low, high, rate))
+        percent = np.inf if limits.rpm_percentps is None else limits.rpm_percentps
+        moved.append(Control(RPM, begin, low, high, 0.01 * percent * vehicle.rpm_per_mps * vehicle.speed_mps))
     return tuple(moved)
 
 

@@ -43,10 +43,8 @@ class Limits(Section):
     rpm_percentps: Positive | None = None  # largest rate of change, per cent of it a second; None if it may jump
     orders_an_hour: Positive | None = None  # to one control, by a helmsman; None for an autopilot: it follows any curve
     depth_change_m: Positive | None = None  # largest distance from the depth at the start
-    surface_m: float | None = (
-        None  # smallest depth of bow and stern on the axis of the hull, which has a radius besides
-    )
-    bottom_m: float | None = None  # largest depth of bow and stern on that axis
+    surface_m: float | None = None  # smallest depth of bow and stern, on the axis of the hull
+    bottom_m: float | None = None  # largest depth of these
     pitch_deg: Positive | None = None
     roll_deg: Positive | None = None
     min_speed_mps: float | None = None  # of surge
@@ -165,8 +163,9 @@ class Range:
         return float(total)
 
     def refuse(self, straight: Manoeuvre) -> None:
-        """InputError if even straight flight breaks a limit, but those of depth, which planes amidships do not hold, and
-        of the area, which turns may keep.
+        """InputError if even straight flight breaks a limit.
+
+        But those of depth, which planes amidships do not hold, and of the area, in which turns may keep.
         """
         for margin in self.margins(straight):
             if margin.excess[0] > 0.0 and margin.key not in ("depth_change_m", *_AREA):

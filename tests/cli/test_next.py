@@ -132,7 +132,7 @@ def test_a_quantity_is_refused_where_more_of_the_boat_is_inferred_than_coefficie
     assert bayesub("next", folder, "--for", "Nuv")[0] == 0
 
 
-def test_what_else_is_unknown_is_expected_where_the_run_found_it(finished, tmp_path):
+def test_what_else_is_unknown_is_expected_where_the_run_found_it(finished):
     """The start is slower than its prior has it: derivatives are taken there, and a rival has to find it out too."""
     start = {"mean": 3.0, "sd": 1.0}
     folder = finished("slow", nuisance={"u0_mps": start})

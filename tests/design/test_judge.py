@@ -92,11 +92,10 @@ def test_nuisance_parameters_are_integrated_out(boat, manoeuvre):
 def test_derivatives_are_those_where_nuisance_parameters_are_expected(boat, manoeuvre):
     """At a slow start in a current, and not where the priors have their means; likewise of a rival that fits."""
     nuisance = {"u0_mps": bs.priors.normal(7.0, 3.0), "current_north_mps": bs.priors.normal(0.0, 1.0)}
-    expected = {"u0_mps": 3.0, "current_north_mps": 1.2}
+    there = {"u0_mps": bs.priors.normal(3.0, 3.0), "current_north_mps": bs.priors.normal(1.2, 1.0)}
+    expected = {name: prior.mean[0] for name, prior in there.items()}
     judge = judge_of(boat, nuisance=nuisance, expected=expected)
-    problem = posed(
-        boat, manoeuvre, nuisance={name: bs.priors.normal(expected[name], p.sd[0]) for name, p in nuisance.items()}
-    )
+    problem = posed(boat, manoeuvre, nuisance=there)
     (told,) = judge.information(manoeuvre)
     assert told.posterior_sd == pytest.approx(dense_sds(problem, told.names), rel=1e-6)
     (elsewhere,) = judge_of(boat, nuisance=nuisance).information(manoeuvre)

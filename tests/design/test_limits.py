@@ -105,7 +105,7 @@ def test_no_more_draws_must_keep_limits_than_keep_them_in_straight_flight(boat):
 
 
 def test_straight_flight_need_not_stay_in_an_area_where_turns_do(boat):
-    """It is not refused, and all boats are asked to keep what none keeps straight ahead; nor is any let off no limit."""
+    """It is not refused, and all boats are asked to keep what none keeps straight ahead; so they are of no limit."""
     for limits in (Limits(range_north_m=2000.0), Limits()):
         flown = Range(boat, limits, np.tile(boat.xi, (20, 1)), None, STEP)
         flown.refuse(straight(boat, limits))
