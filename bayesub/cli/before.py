@@ -82,7 +82,7 @@ def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None,
     from bayesub.study.before.simulate import simulate
 
     output = output if output.suffix else output.with_name(f"{output.name}.csv")
-    arguments.refuse_overwriting(output, vehicle, manoeuvre, options["sensors"], options["disturbance"])
+    arguments.refuse_overwriting(output, vehicle, manoeuvre, *map(options.get, ("sensors", "disturbance", "plot")))
     sentence, is_whole = simulate(vehicle, manoeuvre, output, **options, **plane(subproblem))
     say(f"{output}: {sentence}")
     if not is_whole:
@@ -162,7 +162,7 @@ def in_minutes(_context: click.Context, _option: click.Parameter, text: str | No
     show_default=True,
     help="Boats over which the goal is averaged: that of the file, and others that the prior holds possible.",
 )
-@click.option("--minutes", type=click.FloatRange(0.1, 1e4), metavar="M", help="Until the last answer; 10 if left out.")
+@click.option("--minutes", type=float, metavar="M", help="Until the last answer; 10 if left out.")
 @click.option("--budget", callback=in_minutes, metavar="TIME", help="The same with a unit: 60s, 5min or 1h.")
 @click.option(
     "--without", multiple=True, metavar="NAME", help="Instrument, channel or column that is lost (gps ..); repeatable."
@@ -201,6 +201,7 @@ def design(
 
     arguments.refuse_several({"--resume": resume, "--force": force}, "--force")
     arguments.refuse_several({"--minutes": minutes, "--budget": budget, "--judgements": judgements})
+    arguments.refuse_overwriting(output, asked["after"])
     asked |= {"wanted": wanted or (DEFAULT,), "minutes": budget or minutes or MINUTES, "judgements": judgements}
     request = Request(vehicle, **asked, **plane(subproblem))
     try:

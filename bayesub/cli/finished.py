@@ -59,6 +59,8 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
     drawn = f", {fleet} draws with their numbers behind the name" if fleet else ""
     source = f"of {finished.vehicle.name} by the study '{finished.study.name}'"
     say(f"{output}: {exports.FORMATS[name].meaning}{drawn}, {source}")
+    if (others := exports.untold(finished)) and name in SIMULATORS:
+        say(f"of what was inferred it has not: {', '.join(others)}")
     if name == "vehicle":  # which is a normal distribution
         from bayesub.study.after.knowledge import normality_of
 
@@ -113,6 +115,7 @@ def predict(
     from bayesub.findings.verdicts import STATUS, in_words
     from bayesub.study.after.predict import PAGE, Request, predict_by_run
 
+    arguments.refuse_overwriting(output, run)
     if (current_north_mps, current_east_mps) != (None, None):
         asked["current_mps"] = (current_north_mps or 0.0, current_east_mps or 0.0)
     request = Request(run, manoeuvre, **asked, **plane(subproblem))
@@ -150,6 +153,7 @@ def update(run: Path, log: Path, output: Path, resume: bool, force: bool, pdf: b
     from bayesub.study.run.run import run as run_study
 
     arguments.refuse_several({"--resume": resume, "--force": force}, "--force")
+    arguments.refuse_overwriting(output, run)
     study = updated(run, log)
     try:
         with Bars() as bars:
@@ -179,11 +183,11 @@ def next_(
     from bayesub.study.after.finished_run import finished_run
     from bayesub.study.after.prescription import prescribe
 
+    if output is not None:
+        arguments.refuse_overwriting(output, limits)
     console.quiet, finished = as_json, finished_run(run)
     with Bars() as bars:
         found, manoeuvre = prescribe(finished, wanted, limits, seed=seed, progress=bars)
-    if output is not None and manoeuvre is not None:
-        write_log(output, {"time": manoeuvre.times} | manoeuvre.log)
     if as_json:
         click.echo(json.dumps(found.to_json(), indent=2))
     rows = [("", *(f"{one.name} ({one.unit})" if one.unit else one.name for one in found.asked))]
@@ -193,6 +197,8 @@ def next_(
     say("in per cent: what is left of the sd of now")
     if finished.doubt:
         say(finished.doubt)
+    if output is not None and manoeuvre is not None:
+        write_log(output, {"time": manoeuvre.times} | manoeuvre.log)
     end(finished.verdict)
 
 
@@ -213,6 +219,7 @@ def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
     from bayesub.study.after.compare import PAGE
     from bayesub.study.after.compare import compare as compare_runs
 
+    arguments.refuse_overwriting(output, *runs)
     with Bars() as bars:
         numbers = compare_runs(runs, output, **options, progress=bars)
     _tell(numbers, output / PAGE)

@@ -63,20 +63,12 @@ def _completed(words: Callable[[], Iterable[str]]) -> Callable[..., list[str]]:
 @click.command(epilog="Example: bayesub manual own-log")
 @click.argument("topic", default="", metavar="[TOPIC]", shell_complete=_completed(pages))
 @click.option("--path", "show_path", is_flag=True, help="Print where the page is instead; without TOPIC, the folder.")
-@click.option("--site", metavar="DIR", help="Write all pages, the studies and reports as a site into the folder DIR.")
-@click.option("--reports", metavar="DIR", help="With --site: a folder of runs whose reports the site shows too.")
-def manual(topic: str, show_path: bool, site: str | None, reports: str | None) -> None:
+def manual(topic: str, show_path: bool) -> None:
     """List the pages of the manual, or show the page TOPIC in the pager; the beginning of its name is enough.
 
     If the output is not a terminal the page is printed as Markdown.
     """
     by_topic = pages()
-    if site:
-        from bayesub.cli import site as site_writer
-
-        n_pages = site_writer.write(Path(site), by_topic, Path(reports) if reports else None)
-        click.echo(f"{site}: {n_pages} pages; python3 -m http.server -d {site} shows them at http://localhost:8000")
-        return
     begun = [name for name in by_topic if name.startswith(topic)]
     topic = begun[0] if topic and topic not in by_topic and len(begun) == 1 else topic
     if topic:

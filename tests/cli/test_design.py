@@ -297,6 +297,13 @@ def test_bad_input_is_one_line(case, folder, bayesub):
     assert not (folder / "trial" / "config.toml").exists()
 
 
+@pytest.mark.parametrize("minutes", ["nan", "0.01", "inf"])
+def test_a_time_that_is_none_is_refused(folder, bayesub, minutes):
+    assert bayesub("design", "auv690", "--minutes", minutes, "-o", "trial")[0] == 2
+    refusals.check(bayesub.error, "value", "--minutes")
+    assert not (folder / "trial").exists()
+
+
 def test_a_quantity_first(folder, bayesub):
     """Its expected sd comes first in the answer, and falls with time and with a sensor that reads what it needs."""
     options = ("--limits", "limits.toml", "--sensors", "sensors.toml", "--family", "standard", *QUICK)

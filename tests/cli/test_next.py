@@ -145,3 +145,11 @@ def test_what_else_is_unknown_is_expected_where_the_run_found_it(finished):
     posed = design.pose(design.Request("auv690", **asked)).judge
     assert posed.rival is not None
     assert posed.rival.nuisance.keys() == posed.nuisance.keys() == {"u0_mps"}
+
+
+def test_limits_that_are_read_are_not_written(bayesub, finished, tmp_path):
+    limits = tmp_path / "limits.toml"
+    limits.write_text("duration_s = 40.0\n")
+    assert bayesub("next", str(finished()), "--limits", str(limits), "-o", str(limits))[0] == 2
+    refusals.check(bayesub.error, "conflict", "-o")
+    assert limits.read_text() == "duration_s = 40.0\n"

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from manual.pages import PAGES, ROOT
 from PIL import Image
-from support import pictures
+from support import pictures, website
 from support.refusals import refused
 
-from bayesub.cli import learn, site
+from bayesub.cli import learn
 from bayesub.study.run.result import StudyResult
 
 
@@ -40,7 +40,7 @@ def built(tmp_path_factory):
     (run / "fan.png").write_bytes(b"")
     (run / "report.html").write_text("<p>not to be used</p>")
     (run / "outcome.json").write_text(json.dumps(asdict(StudyResult("misfit", "Does it?", "does not fit", str(run)))))
-    n_pages = site.write(folder / "site", learn.pages(), folder / "runs")
+    n_pages = website.write(folder / "site", learn.pages(), folder / "runs")
     return folder / "site", n_pages
 
 
@@ -101,26 +101,23 @@ def test_a_site_is_written_anew(built):
     """The one that is there goes, with what it no longer has."""
     folder, n_pages = built
     (folder / "old.html").write_text("")
-    assert site.write(folder, learn.pages(), None) == n_pages - 1
+    assert website.write(folder, learn.pages(), None) == n_pages - 1
     assert not (folder / "old.html").exists()
 
 
 def test_what_is_no_site_stays(tmp_path):
     (tmp_path / "thesis.doc").write_text("years of work")
     with refused("file"):
-        site.write(tmp_path, learn.pages(), None)
+        website.write(tmp_path, learn.pages(), None)
     with refused("file"):
-        site.write(tmp_path / "thesis.doc", learn.pages(), None)
+        website.write(tmp_path / "thesis.doc", learn.pages(), None)
     assert (tmp_path / "thesis.doc").read_text() == "years of work"
 
 
 def test_what_a_site_needs_is_named(tmp_path, monkeypatch):
     with monkeypatch.context() as without, refused("install", "zensical"):
-        without.setattr(site, "find_spec", lambda _: None)
-        site.write(tmp_path / "site", learn.pages(), None)
-    monkeypatch.setattr(site, "ROOT", tmp_path)  # an installed package
-    with refused("file"):
-        site.write(tmp_path / "site", learn.pages(), None)
+        without.setattr(website, "find_spec", lambda _: None)
+        website.write(tmp_path / "site", learn.pages(), None)
 
 
 @pytest.mark.docs

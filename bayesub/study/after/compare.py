@@ -14,9 +14,8 @@ from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.report import comparison_page
 from bayesub.study.after.finished_run import FinishedRun, finished_run
-from bayesub.study.after.predict import PosedTrial, Request, pose, predicted_by, write_answer
+from bayesub.study.after.predict import PosedTrial, Request, open_answer, pose, predicted_by, write_answer
 from bayesub.study.provenance import copies, of_request, settings
-from bayesub.study.run.run_folder import open_folder
 
 PAGE = "comparison.html"
 USUAL = "zigzag_20_20"  # manoeuvre, if the first run is of a log
@@ -66,7 +65,7 @@ def compare(
         raise refusals[0]
     asked = {"runs": tuple(folders), "manoeuvre": name, "draws": draws, "seed": seed}
     config = of_request("comparison", asked, dict(pair for run in runs for pair in run.files.items()) | files)
-    with open_folder(output, config, copies(files, config["files_sha256"]), force=force):
+    with open_answer(output, PAGE, config, copies(files, config["files_sha256"]), force=force):
         compared = []
         for label, run, trial in zip(labels, runs, posed, strict=True):
             progress.stage(f"{label} on {Path(name).stem}")
@@ -82,8 +81,9 @@ def compare(
 
 def _labels(folders: Sequence[Path]) -> list[str]:
     """The names of folders, or as much of their paths as tells them apart."""
-    for n in range(1, max(len(folder.parts) for folder in folders) + 1):
-        labels = ["/".join(folder.parts[-n:]) for folder in folders]
+    places = [folder.resolve().parts for folder in folders]
+    for n in range(1, max(map(len, places)) + 1):
+        labels = ["/".join(place[-n:]) for place in places]
         if len(set(labels)) == len(labels):
             return labels
     raise InputError(f"{folders[0]}: is given twice; a run is not compared with itself", "conflict", "runs")

@@ -41,6 +41,7 @@ from bayesub.study.run.run_folder import open_folder
 from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors
 
 DEFAULT, MINUTES, APART = "known:10", 10.0, "apart:"
+LEAST, MOST = 0.1, 10_000.0  # minutes
 OPTIMALITY = {
     "D": "a small volume of the posterior (D-optimality)",
     "A": "small variances on average (A-optimality)",
@@ -286,6 +287,9 @@ def design(
     for Ctrl-C during the search.
     """
     began = time.perf_counter()
+    if not LEAST <= request.minutes <= MOST:
+        text = f"--minutes must be between {LEAST:g} and {MOST:g}, found {request.minutes:g}"
+        raise InputError(text, "value", "--minutes")
     question, asked = pose(request), request.config()
     for key in ("goal", "sensors", "limits", "prior"):
         progress.remark(f"{key}: {question.words[key]}")

@@ -1,6 +1,6 @@
 """What a finished run is written as for others: a vehicle file, draws, tables, the coefficients of other simulators."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,9 +10,15 @@ import pandas as pd
 from bayesub.findings.simulator_conventions import Boat, losses, standard, written
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
 from bayesub.io.errors import InputError, check_known
+from bayesub.kernels import workspace
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.nuisance import BODY, of_boat, of_instrument
 from bayesub.report import parameter_tables
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.after.knowledge import Knowledge, coefficients, known, prior_of, vehicle_file
+from bayesub.study.run.run_folder import saved_config
+
+_TOLD = BODY.keys() - {*workspace.THRUST}  # parameters of the body that files for simulators have
 
 
 @dataclass(frozen=True)
@@ -45,21 +51,42 @@ def _write_simulator(kind: str, run: FinishedRun, path: Path, fleet: int, seed: 
     places, xi, mean = coefficients(run), run.vehicle.xi.copy(), known(run)
     fixed = prior_of(run)[1]
     xi[run.vehicle.equations.columns(fixed)] = list(fixed.values())
-    vehicle, drawn = replace(run.vehicle, xi=xi), run.posterior.draws[:, places]
-    if fleet > len(drawn):
-        raise InputError(f"--fleet: the posterior has {len(drawn)} draws; ask for so many at most", "limit", "--fleet")
+    draws = run.posterior.draws
+    plain = replace(run.vehicle, xi=xi)
+    vehicle = _with_body(plain, run.posterior.names, draws.mean(axis=0))
+    if fleet > len(draws):
+        raise InputError(f"--fleet: the posterior has {len(draws)} draws; ask for so many at most", "limit", "--fleet")
     manoeuvres = standard(vehicle) or [trial.manoeuvre for trial in run.setup().trials.values()]
     lost = losses(kind, Boat(vehicle, mean), manoeuvres)
-    boats = [(path, mean, "posterior means")]
+    others = f"; inferred besides, and not in this file: {', '.join(untold(run))}" if untold(run) else ""
+    boats = [(path, vehicle, mean, f"posterior means{others}")]
     if fleet:
-        rows = np.random.default_rng(seed).choice(len(drawn), fleet, replace=False).tolist()
+        rows = np.random.default_rng(seed).choice(len(draws), fleet, replace=False).tolist()
         names, sd, boats = tuple(run.posterior.names[k] for k in places), np.full(len(places), np.nan), []
         for k, row in enumerate(rows, start=1):
             file = path.with_stem(f"{path.stem}_{k:0{len(str(fleet))}d}")
-            what = f"draw {row} of the posterior, {k} of {fleet} by the seed {seed}"
-            boats.append((file, Knowledge(names, drawn[row], sd, np.eye(len(names))), what))
-    for file, one, what in boats:
-        write_text(file, written(kind, Boat(vehicle, one, lost), f"study '{run.study.name}': {what}", manoeuvres))
+            what = f"draw {row} of the posterior, {k} of {fleet} by the seed {seed}{others}"
+            body = _with_body(plain, run.posterior.names, draws[row])
+            boats.append((file, body, Knowledge(names, draws[row, places], sd, np.eye(len(names))), what))
+    for file, body, one, what in boats:
+        write_text(file, written(kind, Boat(body, one, lost), f"study '{run.study.name}': {what}", manoeuvres))
+
+
+def _with_body(vehicle: Vehicle, names: Sequence[str], values: np.ndarray) -> Vehicle:
+    """A vehicle with what parameters (n_params,) say of mass, inertia and centres."""
+    body = vehicle.body.copy()
+    for name, value in zip(names, values.tolist(), strict=True):
+        if name in _TOLD:
+            change = value - vehicle.rigid_body[next(iter(BODY[name]))]
+            for key, factor in BODY[name].items():
+                body[workspace.BODY.index(key)] += factor * change
+    return replace(vehicle, body=body)
+
+
+def untold(run: FinishedRun) -> list[str]:
+    """What a run has inferred of its boat and a file for a simulator has not, as of actuators and of thrust."""
+    of_run = [name for name in run.posterior.names if of_boat(name, run.vehicle) and name not in _TOLD]
+    return [name for name in of_run if not of_instrument(name, run.vehicle)]
 
 
 def draws(run: FinishedRun) -> pd.DataFrame:
@@ -142,8 +169,8 @@ def export(
     if fleet and write is not None:
         text = f"--fleet: is of coefficients for a simulator, and the format is '{name}'; choose --as gazebo or another"
         raise InputError(text, "conflict", "--fleet")
-    if folder.resolve() in path.resolve().parents:
-        text = f"{path}: is in the folder of the run, whose files are its own; choose another -o"
+    if folder.resolve() in path.resolve().parents or saved_config(path.resolve().parent) is not None:
+        text = f"{path}: is in the folder of a run, whose files are its own; choose another -o"
         raise InputError(text, "conflict", "-o")
     run = finished_run(folder)
     with writing(path):

@@ -1,7 +1,8 @@
 """A finished run predicts a manoeuvre or a log that it has not seen, into a folder that explains itself."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from bayesub.inference.checks.prediction import N_DRAWS, predict
 from bayesub.io import toml_files
 from bayesub.io.atomic import write_csv, write_text, writing
 from bayesub.io.errors import InputError, error_source
+from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs import log_files
 from bayesub.model.autopilot import SteeredSimulator, load_autopilot
@@ -32,11 +34,11 @@ from bayesub.sensors.sensor import MAX_READINGS
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.provenance import copies, of_request
 from bayesub.study.run.prepare import Setup, present
-from bayesub.study.run.run_folder import open_folder
+from bayesub.study.run.run_folder import open_folder, saved_config
 from bayesub.study.schema.sensor_section import FAULTS
 from bayesub.study.schema.trial_section import CheckSection, TrialKeys, read_instruments
 
-PAGE = "prediction.html"
+PAGE, ANSWERS = "prediction.html", {"prediction", "comparison"}
 BATCH = 100  # draws between two words of progress
 POSITION_SD_M, ATTITUDE_SD_DEG = 0.5, 1.0  # of the track to whose tenth the step of a manoeuvre is good
 SAMPLES = 500  # output times of a manoeuvre, about
@@ -90,7 +92,7 @@ def predict_by_run(
     files = {name: Path(name) for name in sources if name is not None and toml_files.is_path(name)}
     asked = vars(request) | {"subproblem": request.subproblem or "none", "autopilot": sources[2]}
     config = of_request("prediction", asked, run.files | files)
-    with open_folder(folder, config, copies(files, config["files_sha256"]), force=force):
+    with open_answer(folder, PAGE, config, copies(files, config["files_sha256"]), force=force):
         rng = np.random.default_rng(request.seed)
         trial = predicted_by(run, posed, rng, request.draws, progress)
         progress.stage("figures and page")
@@ -103,6 +105,20 @@ def predict_by_run(
         sheet = prediction_page.sheet(trial, commit=config["commit"], seed=request.seed)
         write_answer(folder, PAGE, sheet, numbers, tables, pdf=pdf)
     return numbers
+
+
+@contextmanager
+def open_answer(folder: Path, page: str, config: dict, copied: dict[str, Path], *, force: bool) -> Iterator[None]:
+    """Make and hold the folder of an answer, whose last file is its page; one that was stopped before is replaced.
+
+    InputError for a folder that holds another run, or an answer, unless `force` is given.
+    """
+    saved = saved_config(folder)
+    stopped = saved is not None and bool(ANSWERS & saved.keys() & config.keys()) and not (folder / page).exists()
+    if saved is not None and not (force or stopped):
+        raise InputError(f"{folder}: already holds a run; use --force to replace it, or another -o", "state")
+    with open_folder(folder, config, copied, force=force or stopped), interruptible():
+        yield
 
 
 def write_answer(
@@ -202,7 +218,13 @@ def _check(run: FinishedRun, columns: list[str], request: Request) -> tuple[Chec
 
     trials = list(run.study.each_trial())
     _, like, sections = next((one for one in trials if shorts.issuperset(reads(one[2]))), trials[0])
-    sections = sections if request.sensors is None else read_instruments(request.sensors).sensors
+    if request.sensors is not None:
+        sections = read_instruments(request.sensors).sensors
+        for key in (key for section in sections for key in FAULTS if key in section.model_fields_set):
+            text = (
+                f"{request.sensors}: {key} is of simulated readings; those of a log have what they have; leave it out"
+            )
+            raise InputError(text, "conflict", key)
     unread = tuple(name for name in columns if log_files.short_name(name) not in reads(sections))
     plane = like.subproblem
     if like.data is None:

@@ -45,6 +45,8 @@ def simulate(
     that are flown in place of those of the file; `disturbance`: file of random forces, left out those of the truth in
     the file of the instruments; `options`: of :func:`bayesub.simulate`.
     """
+    if perturb is not None and not 0.0 <= perturb < np.inf:
+        raise InputError(f"--perturb must be a number and not negative, found {perturb:g}", "value", "--perturb")
     instruments = None if sensors is None else read_instruments(sensors)
     section = None if instruments is None else instruments.truth.disturbance
     if disturbance is not None:

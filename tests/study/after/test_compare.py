@@ -3,10 +3,13 @@
 import json
 import re
 import shutil
+from pathlib import Path
 
 import pandas as pd
 import pytest
 from support import refusals, small_study
+
+from bayesub.study.after import compare
 
 
 @pytest.fixture
@@ -69,3 +72,12 @@ def test_runs_that_cannot_be_compared_are_one_line(runs, tmp_path, bayesub):
         assert (status, out, err.count("\n")) == (2, "", 1)
         refusals.check(bayesub.error, kind, key)
         assert not (tmp_path / "c").exists()
+
+
+def test_runs_are_named_by_what_tells_them_apart(runs, tmp_path, monkeypatch):
+    """However the folders are given, and one that is given by two paths is given twice."""
+    (tmp_path / "one" / "here").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "one" / "here")
+    assert compare._labels([Path(), Path("..")]) == ["here", "one"]
+    with refusals.refused("conflict", "runs"):
+        compare._labels([runs[0], Path(runs[0].parent / "x" / ".." / runs[0].name)])

@@ -259,6 +259,30 @@ def test_a_fleet_is_draws_of_the_posterior(run, tmp_path, bayesub):
     assert not (tmp_path / "boat.sdf").exists()
 
 
+def test_the_body_that_was_inferred_is_in_the_files_and_what_else_was_is_named(finished, tmp_path, bayesub):
+    """Mass and inertia are posterior means, and of a fleet those of the draw; a scale of the rudder is said to lack."""
+    body = {"mass_kg": {"mean": 1700.0, "sd": 50.0}, "Izz_kgm2": {"mean": 5500.0, "sd": 200.0}}
+    folder = finished("loaded", nuisance=body | {"scale_rudder": {"mean": 1.0, "sd": 0.05}})
+    posterior = finished_run(folder).posterior
+    places = [posterior.names.index(name) for name in body]
+
+    def told(text):
+        matrix = np.array(re.search(r"vehicle\.MRB = \[(.*?)\]", text, flags=re.DOTALL)[1].split(), float).reshape(6, 6)
+        return matrix[0, 0], matrix[5, 5]
+
+    for options in ((), ("--fleet", 3)):
+        status, out, err = bayesub("export", folder, "-o", tmp_path / "boat.m", *options)
+        assert (status, err) == (0, "")
+        assert "of what was inferred it has not: scale_rudder" in out
+    text = (tmp_path / "boat.m").read_text()
+    assert told(text) == pytest.approx(posterior.mean[places], rel=1e-8)
+    assert "scale_rudder" in text
+    for k in (1, 2, 3):
+        text = (tmp_path / f"boat_{k}.m").read_text()
+        row = int(re.search(r"draw (\d+) of the posterior", text)[1])
+        assert told(text) == pytest.approx(posterior.draws[row][places], rel=1e-8)
+
+
 def test_what_is_fixed_in_a_run_is_fixed_in_the_files(exported, monkeypatch):
     """A coefficient that the prior of the study fixes has that value for a simulator, not the one of the vehicle."""
     from bayesub.study.after import export as exports

@@ -286,6 +286,7 @@ def test_a_posterior_that_has_not_converged_predicts_with_its_status(run, tmp_pa
         ("log.csv", ("--current-north-mps", "0.1"), "conflict", "--current-north-mps"),
         ("log.csv", ("--sample", "1"), "conflict", "--sample"),
         ("log.csv", ("--sensors", "gps"), "unknown", "gps"),
+        ("log.csv", ("--sensors", "faulty.toml"), "conflict", "dropout"),
         ("short.csv", (), "data", "warm_up_s"),
         ("other.csv", (), "missing", "y_m"),
         ("text.csv", (), "unknown", "hello"),
@@ -303,6 +304,7 @@ def test_what_does_not_fit_is_one_line(run, log, tmp_path, monkeypatch, bayesub,
     (tmp_path / "text.csv").write_text("hello\nworld\n")
     (tmp_path / "pilot.toml").write_text(PILOT)
     (tmp_path / "path.toml").write_text(PATH)
+    small_study.write_sensors(tmp_path / "faulty.toml", TRACK | {"dropout": 0.1})
     status, out, err = bayesub("predict", run, source, "-o", "p", *options)
     assert (status, out, err.count("\n")) == (2, "", 1)
     refusals.check(bayesub.error, kind, key)
@@ -363,6 +365,29 @@ def test_a_folder_that_is_not_free_is_refused(run, tmp_path, bayesub):
     refusals.check(bayesub.error, "state")
     assert bayesub(*arguments, "--force")[0] == 0
     assert bayesub("predict", run, "zigzag_10_10", "-o", run)[0] == 2
+    (tmp_path / "p" / "prediction.html").unlink()  # as Ctrl-C leaves it
+    assert bayesub(*arguments)[0] == 0
     assert bayesub("report", tmp_path / "p")[0] == 2
     refusals.check(bayesub.error, "state", "prediction")
     assert finished_run(run).study.name == "tiny"
+
+
+@pytest.mark.parametrize(
+    ("command", "options"),
+    [
+        ("predict", ("zigzag_10_10",)),
+        ("compare", ("OTHER",)),
+        ("update", ("LOG",)),
+        ("design", ("--after", "RUN", "--judgements", 120)),
+    ],
+)
+def test_a_run_that_is_read_is_not_replaced(run, log, tmp_path, bayesub, command, options):
+    """Whatever --force says; the folder stays as it is."""
+    folder, other = (shutil.copytree(run, tmp_path / name) for name in ("one", "two"))
+    kept = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+    named = {"OTHER": other, "LOG": log(), "RUN": folder}
+    first = "auv690" if command == "design" else folder
+    status, out, err = bayesub(command, first, *(named.get(o, o) for o in options), "-o", folder, "--force")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    refusals.check(bayesub.error, "conflict", "-o")
+    assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == kept

@@ -1,9 +1,13 @@
-"""The site: README, manual, studies and reports to look at, laid out by Zensical for a static host.
+"""The site of README, manual, studies and reports: python tests/support/website.py DIR [--reports RUNS]
+
+It is laid out by Zensical, for any static host, and loads nothing from elsewhere. With --reports it shows the reports
+of the runs in that folder beside those in `figures`. A site in DIR is replaced, other files are not.
 
 Its folders are those of the repository, so that links between pages stay right. Formulas become MathML, which browsers
 draw without a script.
 """
 
+import argparse
 import html
 import re
 import shutil
@@ -17,17 +21,18 @@ from pathlib import Path
 
 import tomli_w
 
-from bayesub.cli.learn import FOLDER, KINDS, Page
+from bayesub.cli.learn import FOLDER, KINDS, Page, pages
 from bayesub.io.atomic import writing
 from bayesub.io.errors import InputError
 from bayesub.study.run import runs
 from bayesub.study.run.result import load_result
 from bayesub.study.run.run_folder import saved_config
 
-ROOT = FOLDER.parents[1]
+ROOT = Path(__file__).parents[2]
 HOME, STUDIES, REPORTS = "README.md", "figures/README.md", "reports/README.md"
 OTHERS = ("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "LICENSE")
 REPORT = "report.html"
+CONFIG, STYLE = (Path(__file__).with_suffix(suffix) for suffix in (".toml", ".css"))
 MARK = "sitemap.xml"  # the file that every site has
 LEFT_OUT = shutil.ignore_patterns(".*", "*.npz", "*.nc", "*.jsonl", "chain*", "inputs")  # draws
 WIDE = "---\nhide: [navigation, toc]\n---\n"
@@ -40,11 +45,8 @@ def write(site: Path, pages: Mapping[str, Page], reports: Path | None) -> int:
 
     `reports`: a folder of runs whose reports it shows beside those in ``figures``.
     """
-    if not (ROOT / STUDIES).is_file():
-        message = "--site needs a clone of the repository: README and figures are no part of the package"
-        raise InputError(message, "file")
     if missing := [name for name in ("zensical", "latex2mathml") if not find_spec(name)]:
-        raise InputError(f"--site needs {' and '.join(missing)}: pip install 'bayesub[site]'", "install", missing[0])
+        raise InputError(f"the site needs {' and '.join(missing)}: pip install 'bayesub[site]'", "install", missing[0])
     if site.exists() and not (site / MARK).is_file() and (not site.is_dir() or any(site.iterdir())):
         raise InputError(f"{site}: holds something else than a site; name a new folder", "file")
     with tempfile.TemporaryDirectory() as scratch:
@@ -72,8 +74,8 @@ def _stage(docs: Path, pages: Mapping[str, Page]) -> None:
     """Copy what the site shows, pages without their comments."""
     shutil.copytree(ROOT / "figures", docs / "figures", ignore=LEFT_OUT)
     shutil.copytree(FOLDER, docs / FOLDER.relative_to(ROOT), ignore=LEFT_OUT)
-    for name in OTHERS:
-        shutil.copy(ROOT / name, docs / name)
+    for file in (*(ROOT / name for name in OTHERS), STYLE):
+        shutil.copy(file, docs / file.name)
     named = re.compile(rf"page `({'|'.join(pages)})`")
     for page in pages.values():
         text = page.text if page.path.suffix == ".md" else f"# {page.topic.title()}\n\n```bibtex\n{page.text}```\n"
@@ -109,7 +111,7 @@ def _show_home(docs: Path) -> None:
 
 def _lay_out(docs: Path, pages: Mapping[str, Page]) -> Path:
     """Let Zensical make a site of a folder; gives the folder of the site."""
-    config = tomllib.loads((FOLDER / "site" / "zensical.toml").read_text(encoding="utf-8"))
+    config = tomllib.loads(CONFIG.read_text(encoding="utf-8"))
     manual = [
         {title.partition(":")[0]: [_place(page) for page in pages.values() if page.kind == kind]}
         for kind, title in KINDS.items()
@@ -119,7 +121,7 @@ def _lay_out(docs: Path, pages: Mapping[str, Page]) -> Path:
     file.write_text(tomli_w.dumps(config), encoding="utf-8")
     done = subprocess.run([sys.executable, "-m", "zensical", "build", "-f", file], capture_output=True, text=True)
     if done.returncode:
-        raise InputError(f"--site: Zensical ends with: {' '.join((done.stdout + done.stderr).split())}", "file")
+        raise InputError(f"Zensical ends with: {' '.join((done.stdout + done.stderr).split())}", "file")
     return docs.parent / "site"
 
 
@@ -129,3 +131,15 @@ def _drawn(formula: re.Match[str]) -> str:
 
     drawn = converter.convert(html.unescape(formula[2]), display="block" if formula[1] == "div" else "inline")
     return re.sub(r"<mi>([a-z]{2,})</mi>", r'<mo lspace="0.1em" rspace="0.17em">\1</mo>', drawn)  # sin, cos
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("site", type=Path, metavar="DIR")
+    parser.add_argument("--reports", type=Path, metavar="RUNS")
+    given = parser.parse_args()
+    try:
+        n_pages = write(given.site, pages(), given.reports)
+    except InputError as error:
+        sys.exit(str(error))
+    print(f"{given.site}: {n_pages} pages; python3 -m http.server -d {given.site} shows them at http://localhost:8000")
