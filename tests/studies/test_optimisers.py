@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from baselines import tables
+from baselines import smoothing, tables
 from bayesub.inference.baselines import Estimate
 from bayesub.model.linear_form import linear_systems
 from thesis import optimisers
@@ -53,3 +53,12 @@ def test_the_error_of_a_mean_is_that_of_its_spread(rng):
         mean, error = optimisers.mean_with_error(values)
         hits += abs(mean - 2.0) < error
     assert hits / 2000 == pytest.approx(0.95, abs=4 * np.sqrt(0.95 * 0.05 / 2000))
+
+
+def test_regression_on_smoothed_motion_loses_what_the_best_fit_to_the_same_track_finds():
+    """From a seed, so that the same numbers come again."""
+    found = smoothing.smoothed("auv690", "vertical", 1)
+    assert found == smoothing.smoothed("auv690", "vertical", 1)
+    (lost,), (kept,) = (found[method]["off"] for method in ("smoothing", "best fit"))
+    assert lost > 0.25 > kept
+    assert found["best fit"]["held"][0] > 0.7 > found["smoothing"]["held"][0]
