@@ -19,6 +19,7 @@ from bayesub.design.limits import load_limits
 from bayesub.inference.sampling import posterior_file
 from bayesub.model.quantities import QUANTITIES
 from bayesub.study import provenance
+from bayesub.study.after import design
 
 COMMAND = [sys.executable, "-c", "from bayesub.__main__ import main; main()", "design"]
 FILES = ("manoeuvre.csv", "design.json", "design.html")
@@ -302,6 +303,16 @@ def test_a_time_that_is_none_is_refused(folder, bayesub, minutes):
     assert bayesub("design", "auv690", "--minutes", minutes, "-o", "trial")[0] == 2
     refusals.check(bayesub.error, "value", "--minutes")
     assert not (folder / "trial").exists()
+
+
+def test_a_control_is_said_to_move_no_further_than_the_vehicle_lets_it(folder):
+    (folder / "wide.toml").write_text("duration_s = 40.0\nrudder_deg = 80.0\nrudder_degps = 90.0\n")
+    posed = design.pose(design.Request("auv690", limits=folder / "wide.toml", subproblem="horizontal"))
+    member = next(m for m in bs.load_vehicle("auv690").actuators.members if m.column == "rudder_deg")
+    limit, rate = (float(np.degrees(value)) for value in (member.limit, member.rate))
+    assert limit < 80.0
+    assert rate < 90.0
+    assert f"rudder {limit:g} deg, rudder {rate:g} deg/s" in posed.words["limits"]
 
 
 def test_a_quantity_first(folder, bayesub):

@@ -149,7 +149,8 @@ def pose(request: Request) -> Question:
         + (f", on average over {request.boats} boats of the prior" if request.boats > 1 else "")
         + (f", on average over the loss of any instrument{of_set}" if request.robust else ""),
         "sensors": _sensors(judge) + ("" if request.sensors else f" ({usual})"),
-        "limits": f"{_limits(limits, request)}; kept by {flights.n_wanted} of {len(sets)} boats of the prior at least",
+        "limits": f"{_limits(limits, request, family)}; kept by {flights.n_wanted} of {len(sets)} boats of the prior "
+        "at least",
         "prior": _prior(file, request, judge),
     }
     return Question(judge, flights, of_kinds, goal, asked, words)
@@ -248,10 +249,13 @@ def _sensors(judge: Judge) -> str:
     return "; ".join(parts)
 
 
-def _limits(limits: Limits, request: Request) -> str:
-    parts = [
-        measured(key, value) for key, value in limits.model_dump(exclude={"share_of_draws"}, exclude_none=True).items()
-    ]
+def _limits(limits: Limits, request: Request, family: Family) -> str:
+    """The limits in words, of a control no wider than the vehicle has them."""
+    values = limits.model_dump(exclude={"share_of_draws"}, exclude_none=True)
+    for one in family.controls:
+        kept = {one.column: 0.5 * (one.upper - one.lower) / one.unit, f"{one.column}ps": one.rate / one.unit}
+        values |= {key: value for key, value in kept.items() if key in limits.of_controls}
+    parts = [measured(key, value) for key, value in values.items()]
     return ", ".join(parts) + ("" if request.limits else " (the usual ones, as none are given)")
 
 
