@@ -85,7 +85,7 @@ class Lines:
         self.file, self.names = file, dict.fromkeys(names)
         self.results: dict[str, Any] = {}
         text = file.read_text(encoding="utf-8") if file.exists() else ""
-        for line in map(json.loads, text[: text.rfind("\n") + 1].splitlines()):
+        for line in (_parsed(file, line) for line in text[: text.rfind("\n") + 1].splitlines()):
             if isinstance(line, dict) and line.keys() == {"piece", "result"} and line["piece"] in self.names:
                 self.results.setdefault(line["piece"], line["result"])
         self._write()
@@ -114,7 +114,7 @@ class Files:
     def __init__(self, files: Mapping[str, Path]):
         self.files = files
         places = {name: Path(f"{file}.json") for name, file in files.items()}
-        self.results = {n: json.loads(p.read_text(encoding="utf-8")) for n, p in places.items() if p.exists()}
+        self.results = {n: _parsed(p, p.read_text(encoding="utf-8")) for n, p in places.items() if p.exists()}
 
     def add(self, name: str, result: Any) -> None:
         """Keep a result; the arrays are written first, so that they are there if the JSON is."""
@@ -141,6 +141,15 @@ def as_json(content: Any, source: str) -> str:
         return json.dumps(content)
     except (TypeError, ValueError) as error:
         raise TypeError(f"{source} must return JSON types: {error}") from None
+
+
+def _parsed(file: Path, text: str) -> Any:
+    """What JSON of a file says; InputError for a damaged one."""
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        what = f"{file}: is damaged ({error}); remove it, and --resume does again what it held"
+        raise InputError(what, "format", file.name) from None
 
 
 def _line(name: str, result: Any) -> str:

@@ -254,7 +254,8 @@ def _refusal(error: pydantic.ValidationError, model: type[Section]) -> tuple[str
     if first["type"] == "missing":
         return f"key '{key}' is missing{more}", "missing", key
     if first["type"] == "extra_forbidden":
-        return f"unknown key '{key}'{nearest(keys[-1], siblings)}{more}", "unknown", key
+        hint = ", which others of its kind have" if keys[-1] in siblings else nearest(keys[-1], siblings)
+        return f"unknown key '{key}'{hint}{more}", "unknown", key
     if first["type"].startswith("union_tag"):
         if not isinstance(first["input"], dict):
             return f"key '{key}': input should be a table{more}", "value", key

@@ -42,7 +42,7 @@ X, Y, Z, PHI, THETA, PSI, Q, R = log_files.positions("x", "y", "z", "phi", "thet
 class _Servo(Section):
     """What sections have in common: when orders begin to hold, and how far and fast planes move."""
 
-    time_s: tuple[pydantic.NonNegativeFloat, ...] = (0.0,)
+    time_s: tuple[pydantic.NonNegativeFloat, ...] = pydantic.Field((0.0,), min_length=1)
     plane_limit_deg: float = pydantic.Field(gt=0, le=90)
     plane_rate_degps: Positive
 

@@ -86,6 +86,11 @@ class ManoeuvreFile(Section):
     start_depth_m: float | None = None  # if left out, that of the vehicle's trials
     time_scale: TimeScaleSection | None = None
 
+    def _check(self) -> None:
+        for when in (getattr(self, "start_s", 0.0), *getattr(getattr(self, "demands", None), "time_s", ())):
+            if when > self.duration_s:
+                raise ValueError(f"an order at {when:g} s comes after the end, duration_s = {self.duration_s:g}")
+
     @property
     def n_samples(self) -> int:
         """Intervals of the control history."""

@@ -71,6 +71,8 @@ def simulate(
     changes, known = {}, vehicle.actuators.parameters
     for name, value in (actuators or {}).items():
         check_known(name, known, f"actuators: there is no '{name}'")
+        if not np.isfinite(value):
+            raise InputError(f"actuators: '{name}' must be a finite number, found {value}", "value", name)
         i, kind = known[name]
         changes[name] = value - vehicle.actuators.members[i].nominal(kind)
     if integration.get("dt") is None:

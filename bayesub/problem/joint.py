@@ -222,11 +222,19 @@ def _check(problems) -> None:
     for problem in others:
         if problem.vehicle is not first.vehicle or problem.spread != first.spread:
             raise InputError(
-                "the trials of a joint problem must have the same vehicle and the same prior", "conflict", "problems"
+                "the trials of a joint problem must have the same vehicle, loaded once, and the same prior",
+                "conflict",
+                "problems",
             )
         if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
             text = "the trials of a joint problem must hold the same coefficients and free the same body"
             raise InputError(text, "conflict", "problems")
+    free = {name for problem in problems for name in problem.names[: problem.n_coefficients]}
+    for problem in problems:
+        acting = problem.equations.active(None, problem.manoeuvre, problem.manoeuvre.subproblem)
+        if held := free.intersection(acting).difference(problem.names):
+            text = f"the trials of a joint problem must free the same coefficients: '{min(held)}' is free in one trial"
+            raise InputError(f"{text} and held in another, in which it acts", "conflict", "problems")
 
 
 def _shared(problems, own) -> tuple[dict[str, Prior], dict[str, list[str]]]:

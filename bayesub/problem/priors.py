@@ -8,6 +8,7 @@ nuisance parameters (:func:`normal`, :func:`uniform`, :func:`log_normal`).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import SupportsFloat
 
 import numpy as np
 
@@ -274,7 +275,7 @@ def _check_width(key: str, value: float, least: float, most: float) -> None:
 
 
 def _finite(key, value) -> float:
-    if not np.isfinite(value):
+    if not (isinstance(value, SupportsFloat) and np.ndim(value) == 0 and np.isfinite(float(value))):
         raise InputError(f"prior: {key} must be a finite number, found {value}", "value", key)
     return float(value)
 

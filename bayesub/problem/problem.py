@@ -146,7 +146,9 @@ class Problem(TrialProblem):
         disturbance: UnknownDisturbance | None = None,
     ):
         xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
-        equations = vehicle.equations
+        equations, free = vehicle.equations, list(free)
+        for name in (name for k, name in enumerate(free) if name in free[:k]):
+            raise InputError(f"free: '{name}' is named twice; name it once", "conflict", "free")
         candidates = equations.columns(free)
         prior.check(equations.names)
         # Of any vehicle: a coefficient that is zero for this one may have a prior with another centre.
@@ -157,6 +159,10 @@ class Problem(TrialProblem):
             raise InputError(text, "missing", "free")
         noises = channel_noises(record.channels, noise or {})
         nuisance = dict(nuisance or {})
+        for name, one in nuisance.items():
+            if not isinstance(one, Prior):
+                text = f"nuisance '{name}': {one!r} is no prior; give one, such as bs.priors.normal(0, 1)"
+                raise InputError(text, "value", name)
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]
         for k, parameter in enumerate(parameters):
             if parameter.mount is not None and not parameter.mount.axis:  # a clock, and what its prior allows

@@ -125,7 +125,7 @@ def _draw_intervals(path: Paths, posterior: Posterior) -> None:
     quantiles = (posterior.quantiles(coefficients.QUANTILES) - posterior.prior_mean) / posterior.prior_sd
     with _figure_of_rows(path, posterior.names) as axis:
         n = len(axis.get_yticks())
-        axis.axvspan(-1.645, 1.645, color="0.92", zorder=0, label="prior, 90 %")
+        axis.axvspan(-1.645, 1.645, color="0.92", zorder=0, label="prior, ± 1.645 sd")
         for low, high, width in ((0, 4, 1.5), (1, 3, 4.5)):
             axis.hlines(range(n), quantiles[low, :n], quantiles[high, :n], color=style.POSTERIOR, lw=width)
         axis.plot(quantiles[2, :n], range(n), "o", ms=4, mfc="white", color=style.POSTERIOR, label="posterior")

@@ -92,7 +92,8 @@ def beside(script: Path) -> dict[str, Path]:
     folders = {module.parent for module in found} - {root}
     if not (script.with_suffix("") / "config.toml").exists():
         folders.add(script.with_suffix(""))
-    found |= {file for folder in folders for file in folder.glob("*") if file.suffix in (".csv", ".json", ".toml")}
+    data = (file for folder in folders for file in folder.rglob("*") if file.is_file())
+    found |= {file for file in data if file.suffix != ".py" and "__pycache__" not in file.parts}
     return {file.relative_to(root).as_posix(): file for file in sorted(found)}
 
 

@@ -1,5 +1,6 @@
 """The page of counterparts: every row of the thesis's tables, ours from a folder of studies, and their ratio."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from thesis import counterparts
 from thesis.counterparts import NONE, NOT_KEPT, NOT_RUN, NUMBERS, Row, TableSection
 
 PAGE = "README.md"
+_COLUMNS = 3  # of the gallery
 TITLE = "# Beside the thesis"
 INTRODUCTION = """\
 Every row of the thesis's tables that is legible, and what the studies of this folder find; ours are read from each
@@ -50,7 +52,7 @@ def page(folder: Path) -> str:
     sections = content.sections
     rows = {name: counterparts.rows(folder, name, section) for name, section in sections.items()}
     once = [row for name, some in rows.items() if not sections[name].of for row in some]
-    lines = [TITLE, "", INTRODUCTION, "", _count(once), "", "## All studies", "", *runs.gallery(folder)]
+    lines = [TITLE, "", INTRODUCTION, "", _count(once), "", "## All studies", "", *gallery(folder)]
     for name, section in sections.items():
         lines += ["", f"## {section.title}", "", *_links(folder, section), *_table(rows[name])]
     drawn = [f"[{text}]({file})" for text, file in content.figures.items() if (folder / file).exists()]
@@ -139,3 +141,21 @@ def _others(folder: Path, compared: set[str], beyond: dict[str, str]):
             yield f"[{study}]({runs.entry(folder / study).page or study})", beyond.get(study, ""), question
         else:
             yield study, beyond[study], NOT_RUN
+
+
+def gallery(folder: Path) -> list[str]:
+    """The gallery of a folder of runs as a table in Markdown; studies without a page are left out."""
+    shown = [runs.entry(file.parent) for file in sorted(folder.glob("*/config.toml"))]
+    return cards([study for study in shown if study.page])
+
+
+def cards(studies: Iterable[runs.Entry]) -> list[str]:
+    """A table in Markdown with a cell a study: picture, name, question."""
+    cells = []
+    for study in studies:
+        picture = f'<img src="{study.picture}" width="270" alt="{study.name}"><br>' if study.picture else ""
+        question = study.question.replace("<", "&lt;").replace("|", "\\|")
+        cells.append(f"[{picture}**{study.name}**]({study.page})<br>{question}")
+    rows = [cells[k : k + _COLUMNS] for k in range(0, len(cells), _COLUMNS)]
+    table = [f"|{' |' * _COLUMNS}", f"|{' --- |' * _COLUMNS}"]
+    return table + [f"| {' | '.join(row + [''] * (_COLUMNS - len(row)))} |" for row in rows]

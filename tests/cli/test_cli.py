@@ -191,8 +191,9 @@ def test_list_survives_files_that_are_no_studies(tmp_path, monkeypatch, capsys):
         "broken.toml": "vehicle = [",
         "boat.toml": 'name = "no study"',
         "good.toml": 'vehicle = "suboff"\nquestion = "Is it good?"',
-        "script.py": '"""Is it a script?"""',
-        "bad.py": "def (",
+        "script.py": '"""Is it a script?"""\n\n\ndef compute(run):\n    return {}\n',
+        "bad.py": "def compute(:",
+        "helper.py": '"""What scripts share."""',
     }
     for name, text in files.items():
         (tmp_path / "studies" / name).write_text(text)

@@ -21,12 +21,15 @@ from pathlib import Path
 
 import tomli_w
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "studies"))  # for what is started as a script
+
 from bayesub.cli.learn import FOLDER, KINDS, Page, pages
 from bayesub.io.atomic import writing
 from bayesub.io.errors import InputError
 from bayesub.study.run import runs
 from bayesub.study.run.result import load_result
 from bayesub.study.run.run_folder import saved_config
+from thesis.page import cards
 
 ROOT = Path(__file__).parents[2]
 HOME, STUDIES, REPORTS = "README.md", "figures/README.md", "reports/README.md"
@@ -95,7 +98,7 @@ def _show_reports(page: Path, found: set[Path]) -> None:
         question = f"{study.question} **{result.verdict if result else ''}**".removesuffix(" ****")
         picture = study.picture and f"{name}/{Path(study.picture).name}"
         shown[name] = runs.Entry(name, question, f"{name}/{REPORT}", picture)
-    page.write_text("\n".join([WIDE + HEAD, *runs.cards(shown.values())]) + "\n", encoding="utf-8")
+    page.write_text("\n".join([WIDE + HEAD, *cards(shown.values())]) + "\n", encoding="utf-8")
 
 
 def _show_home(docs: Path) -> None:

@@ -85,8 +85,8 @@ def _lowest(problem, rng) -> Estimate:
     except ValueError:  # no part of the record is completed
         if best is None:
             raise InputError(
-                "no simulation within the prior completes the record, not even the first hundredth of it; look at the "
-                "signs of the controls and at the vehicle with bayesub check, or narrow the prior",
+                "no residuals are finite within the prior, not even those of the first hundredth of the record: look "
+                "at what the model is given (of a boat signs of controls, bayesub check VEHICLE), or narrow the prior",
                 "model",
                 "prior",
             ) from None

@@ -29,11 +29,16 @@ class Normalised:
 
     Currents, biases and clocks have guesses of zero, and readings may not tell them all. With the standard normal
     coordinate t of the prior, the unknown of a parameter that is `informed` is ``1 + t / 4``, as of one that is guessed
-    to 25 %, and t is a residual besides those of the readings: what is known before counts like a reading.
+    to 25 %, and t is a residual besides those of the readings: what is known before counts like a reading. So is each
+    whose guess is zero.
     """
 
     problem: LeastSquares
     informed: Collection[str] = ()
+
+    def __post_init__(self) -> None:
+        zero = [name for name, one in zip(self.problem.names, self.guess, strict=True) if one == 0.0]
+        object.__setattr__(self, "informed", tuple(dict.fromkeys([*self.informed, *zero])))
 
     @property
     def guess(self) -> np.ndarray:

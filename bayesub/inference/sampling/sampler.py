@@ -93,6 +93,8 @@ def sample(
     if n_ensembles < 1 or n_walkers < 2:
         text = f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}"
         raise InputError(text, "value", "n_ensembles" if n_ensembles < 1 else "n_walkers")
+    if max_steps < 1:
+        raise InputError(f"sampler: max_steps must be one at least, found {max_steps}", "value", "max_steps")
     with store.opened(checkpoint) as saved:
         run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine, moves)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:

@@ -97,11 +97,8 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
 
 
 def refuse_unreachable(study: Study) -> None:
-    """InputError for coefficients that are named twice, and for a stopping rule that no posterior meets."""
-    sampler, named = study.sampler, () if isinstance(study.free.coefficients, str) else study.free.coefficients
-    for name in (name for k, name in enumerate(named) if name in named[:k]):
-        text = f"{study.source}: key 'free.coefficients': '{name}' is named twice"
-        raise InputError(f"{text}; name it once", "conflict", "free.coefficients")
+    """InputError for a stopping rule that no posterior meets."""
+    sampler = study.sampler
     steps = 3 * JUDGED_STEPS // 4
     draws = steps * sampler.n_ensembles * (sampler.n_walkers or N_WALKERS)
     for key, value, is_wrong, least in (

@@ -15,8 +15,8 @@ from bayesub.study.run.result import StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, saved_config
 
 INDEX = "index.html"
-COLUMNS = 3  # of the gallery
 _PICTURE = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
+_FUNCTION = re.compile(r"^(def|from) .*\b(compute|draw|claims)\b", re.MULTILINE)  # of a script
 _ORDERS = "orders.png"  # what was done, not what was found
 
 
@@ -35,12 +35,14 @@ def studies_in(folder: Path) -> list[Path]:
 def study_files(folder: Path) -> list[Path]:
     """As :func:`studies_in`; empty for a folder without studies."""
     paths = sorted(p for p in folder.glob("*") if p.suffix in (".toml", ".py") and not p.name.startswith((".", "_")))
-    return [path for path in paths if path.suffix == ".py" or _may_be_study(path)]
+    return [path for path in paths if _may_be_study(path)]
 
 
 def _may_be_study(path: Path) -> bool:
-    """False for other input files; what cannot be read is left to be complained of when its turn comes."""
+    """False for other input files and modules; what cannot be read is left to be complained of when its turn comes."""
     try:
+        if path.suffix == ".py":
+            return bool(_FUNCTION.search(toml_files.read_text(path)))
         return "vehicle" in toml_files.read_toml_table(path)
     except InputError:
         return True
@@ -119,21 +121,3 @@ def entry(run: Path) -> Entry:
     picture = next((picture for picture in pictures if picture != _ORDERS and (run / picture).is_file()), "")
     place = {"page": f"{run.name}/{page.name}" if page else "", "picture": f"{run.name}/{picture}" if picture else ""}
     return Entry(run.name, str(config.get("question", "")), **place)
-
-
-def gallery(folder: Path) -> list[str]:
-    """The gallery of a folder of runs as a table in Markdown; studies without a page are left out."""
-    shown = [entry(file.parent) for file in sorted(folder.glob(f"*/{CONFIG}"))]
-    return cards([study for study in shown if study.page])
-
-
-def cards(studies: Iterable[Entry]) -> list[str]:
-    """A table in Markdown with a cell a study: picture, name, question."""
-    cells = []
-    for study in studies:
-        picture = f'<img src="{study.picture}" width="270" alt="{study.name}"><br>' if study.picture else ""
-        question = study.question.replace("<", "&lt;").replace("|", "\\|")
-        cells.append(f"[{picture}**{study.name}**]({study.page})<br>{question}")
-    rows = [cells[k : k + COLUMNS] for k in range(0, len(cells), COLUMNS)]
-    table = [f"|{' |' * COLUMNS}", f"|{' --- |' * COLUMNS}"]
-    return table + [f"| {' | '.join(row + [''] * (COLUMNS - len(row)))} |" for row in rows]

@@ -18,8 +18,9 @@ import importlib.util
 import json
 import operator
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -41,6 +42,7 @@ from bayesub.study.run.run_folder import RunContext
 
 NUMBERS = "numbers.json"
 FUNCTIONS = ("compute", "draw", "claims")
+_OF_RUNS = ("numbers", "outcome", "seconds")  # files of every run, which a script does not write itself
 
 
 class MissingArrays(InputError):
@@ -113,6 +115,7 @@ class ScriptRun:
     formats: tuple[str, ...] = (".png",)  # suffixes of figures
     executor: Executor = field(default_factory=executors.local)  # does parts that are independent of each other
     tables: list[str] = field(default_factory=list)  # lines of Markdown, for the page
+    taken: set[str] = field(default_factory=lambda: set(_OF_RUNS))  # names of files of this session
 
     def __getstate__(self):
         """In another process there is no display to report to, and there are no other processes."""
@@ -130,7 +133,7 @@ class ScriptRun:
         """A part of the work as JSON types: what `make` returns, or what an earlier session of the run has saved."""
         if is_remote():
             return json.loads(as_json(make(), f"part {name}"))
-        store = Files({name: self.folder / name})
+        store = Files({name: self._place(name)})
         if name not in store.results:
             store.add(name, make())
         return store.results[name]
@@ -142,7 +145,7 @@ class ScriptRun:
         the arrays kept for :meth:`load_arrays` under the same name; it must not write to the run folder itself, which
         may be on another machine.
         """
-        store = Files({name: self.folder / _file_of(f"{stage} {name}") for name in makes})
+        store = Files({name: self._place(_file_of(f"{stage} {name}")) for name in makes})
         self.progress.stage(stage)
         return self._complete(stage, operator.call, makes, store, "parts")
 
@@ -160,14 +163,17 @@ class ScriptRun:
         write_arrays(self.folder / f"{name}.npz", arrays)
 
     def load_arrays(self, name: str) -> dict:
-        """The arrays that ``compute`` has saved: name -> array; InputError if the run left none."""
+        """The arrays that ``compute`` has saved: name -> array; InputError if the run left none.
+
+        Those of a part have the name of stage and part, such as ``"flights dr 10"``.
+        """
         import numpy as np
 
         file = self.folder / f"{name}.npz"
+        file = file if file.exists() else file.with_stem(_file_of(name))
         if not file.exists():
-            raise MissingArrays(
-                f"{file}: is missing, and figures that need it cannot be drawn; run the study again", "state", file.name
-            )
+            text = f"{file}: is missing, and figures that need it cannot be drawn; run the study again"
+            raise MissingArrays(text, "state", file.name)
         with np.load(file) as arrays:
             return dict(arrays)
 
@@ -178,12 +184,20 @@ class ScriptRun:
         are not done again.
         """
         numbers = {str(k): k for k in range(n)}
-        store = Lines(self.folder / f"{name}.jsonl", numbers)
+        store = Lines(self._place(f"{name}.jsonl"), numbers)
         return list(self._complete(name, work, numbers, store, name).values())
 
     def in_processes(self, work: Callable, items: Iterable) -> list:
         """What `work` returns for each item, in order, from processes of this machine or from a cluster."""
         return self.executor.map(work, items)
+
+    def _place(self, name: str) -> Path:
+        """Where results of a name go; InputError for a name under which there are others."""
+        if name in self.taken:
+            text = f"'{name}': this run keeps something else under that name; choose one with other letters or digits"
+            raise InputError(text, "conflict", name)
+        self.taken.add(name)
+        return self.folder / name
 
     def _complete(self, name, work, pieces, store, unit):
         failures = self.folder / f"{_file_of(name)}_failures.txt"
@@ -196,10 +210,13 @@ def _file_of(name: str) -> str:
 
 def load(path: Path) -> ModuleType:
     """The script as a module; it can import those that lie beside it."""
-    beside.importable(path.parent)
+    beside.importable(path.resolve().parent)
     spec = importlib.util.spec_from_file_location(f"study_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    sys.modules[spec.name] = module  # where dataclasses look it up; other processes are not to
+    with chdir(Path.cwd()):  # wherever the script goes
+        spec.loader.exec_module(module)
+    del sys.modules[spec.name]
     return module
 
 
@@ -208,7 +225,9 @@ def run(script: Script, context: RunContext) -> StudyResult:
     executor = context.executor or executors.local()
     study = ScriptRun(script.name, context.folder, script.is_quick, context.progress, context.formats, executor)
     module = load(script.path)
-    text = as_json(_shortened(module.compute(study)), "compute()")
+    with chdir(Path.cwd()):
+        found = module.compute(study)
+    text = as_json(_shortened(found), "compute()")
     write_text(context.folder / NUMBERS, text)
     context.progress.stage("figures")
     return _conclude(module, study, json.loads(text), script.question, script.config())
@@ -246,15 +265,19 @@ def place_of(config: dict) -> Path:
 
 def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str, config: dict) -> StudyResult:
     """Draw, judge, and write the page; MissingArrays if figures cannot be drawn, after the others and the page."""
-    if "skipped" in numbers:
-        return StudyResult(study.name, question, SKIPPED, str(study.folder), text=numbers["skipped"])
+    if isinstance(numbers, dict) and numbers.keys() == {"skipped"}:
+        return StudyResult(study.name, question, SKIPPED, str(study.folder), text=str(numbers["skipped"]))
     missing = None
     try:
         module.draw(study, numbers)
     except MissingArrays as error:
         missing = error
     claims = list(module.claims(numbers))
-    failed = tuple(sentence for holds, sentence in claims if not holds)
+    for holds, sentence in claims:
+        if holds not in (True, False) or not isinstance(sentence, str):
+            text = f"claims() must yield whether a claim holds and the sentence if not, found {holds!r}, {sentence!r}"
+            raise InputError(text, "value", "claims")
+    failed = tuple(sentence for holds, sentence in claims if not holds) if claims else ("no claim was judged",)
     script_page.write(study.folder, config, module, numbers, study.tables, failed)
     if missing is not None:
         raise missing

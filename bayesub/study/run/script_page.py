@@ -82,7 +82,8 @@ def captioned(files: list[str], captions: Mapping[str, str]) -> dict[str, str]:
     for pattern, caption in captions.items():
         expression = re.compile(translate(f"{pattern}.png").replace(".*", "(.*)"))
         for file, match in [(file, match) for file in left if (match := expression.match(file))]:
-            result[file] = caption.format(*(group.replace("_", " ") for group in match.groups()))
+            words = iter(group.replace("_", " ") for group in match.groups())
+            result[file] = re.sub(r"\{\}", lambda braces, words=words: next(words, braces[0]), caption)
             del left[file]
     return result | {file: f"{file.rpartition('.')[0].replace('_', ' ').capitalize()}." for file in left}
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import pytest
 from support.refusals import refused
 
-from bayesub.study.run import runs, script_page
+from bayesub.study.run import script_page
+from thesis import page
 
 DOCSTRING = """Is it so?
 
@@ -80,7 +81,7 @@ def test_the_page_of_a_script_and_its_place_in_the_gallery(tmp_path):
     assert places == sorted(places)
     assert "<b>" not in text
     assert "<i>" not in text
-    lines = runs.gallery(tmp_path)
+    lines = page.gallery(tmp_path)
     assert lines[2].startswith(
         '| [<img src="mine/b_picture.png" width="270" alt="mine"><br>**mine**](mine/mine.md)<br>Is it'
     )

@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -32,7 +33,7 @@ def run(tmp_path):
 def test_a_finished_part_is_read_back(run):
     """What a file holds is not computed again."""
     first = run.part("part", lambda: {"errors": [0.1 + 0.2]})
-    again = run.part("part", lambda: pytest.fail("computed again"))
+    again = replace(run, taken=set()).part("part", lambda: pytest.fail("computed again"))  # of a later session
     assert again == first == json.loads((run.folder / "part.json").read_text())
 
 

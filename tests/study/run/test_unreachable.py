@@ -4,7 +4,7 @@ import pytest
 from support import refusals, small_study
 
 WRONG = {
-    "a coefficient twice": ({"free": {"coefficients": ["Xuu", "Yuv", "Xuu"]}}, "conflict", "free.coefficients"),
+    "a coefficient twice": ({"free": {"coefficients": ["Xuu", "Yuv", "Xuu"]}}, "conflict", "free"),
     "too few ensembles for R-hat": ({"sampler": {"n_ensembles": 3}}, "value", "sampler.n_ensembles"),
     "more than judged steps hold": ({"sampler": {"ess": 40_000.0}}, "value", "sampler.ess"),
     "more times than judged steps": ({"sampler": {"taus": 200.0}}, "value", "sampler.taus"),
