@@ -199,6 +199,7 @@ def test_what_it_cannot_steer_is_refused(suboff, pilot):
     [
         ({"heading": None, "depth": None}, ""),
         ({"heading": HEADING | {"time_s": [0.0, 0.0]}}, "heading"),
+        ({"heading": HEADING | {"time_s": [], "heading_deg": []}}, "heading.time_s"),
         ({"heading": HEADING | {"time_s": [5.0, 60.0]}}, "heading"),
         ({"heading": HEADING | {"time_s": [0.0]}}, "heading"),
         ({"heading": HEADING | {"lookahead_m": 10.0}}, "heading"),

@@ -279,3 +279,10 @@ def test_a_step_of_more_than_a_ship_length_is_refused(suboff, spiral):
     for dt in (13.7, 1e5):
         with refused("limit", "dt"):
             bs.simulate(suboff, spiral, dt=dt)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_fault_of_an_actuator_that_is_no_number_is_refused(suboff, spiral, value):
+    """A delay that is none would take the rudder away."""
+    with refused("value", "delay_rudder_s"):
+        bs.simulate(suboff, spiral, actuators={"delay_rudder_s": value})

@@ -200,3 +200,9 @@ def test_coefficients_are_tied_by_a_correlation_near_one(suboff, spiral, spiral_
     assert off[0.99999999] < 2.0 * np.sqrt(2e-8)
     assert sds[0.999999] == pytest.approx(sds[0.99999999], rel=1e-2)
     assert sds[0.999999] < 0.9 * sds[0.9]
+
+
+@pytest.mark.parametrize("mean", ["0", None, np.zeros(2), float("nan")])
+def test_a_mean_that_is_no_number_is_refused(mean):
+    with refused("value", "mean"):
+        priors.normal(mean, 1.0)

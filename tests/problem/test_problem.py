@@ -288,3 +288,12 @@ def test_a_view_leaves_its_problem_alone(mixed, parameters):
     np.testing.assert_array_equal(mixed.log_likelihood(parameters), before)
     again = mixed.with_readings(mixed.readings)
     np.testing.assert_array_equal(again.log_likelihood(parameters), before)
+
+
+def test_what_makes_no_problem_is_refused(problem, suboff, spiral):
+    """A coefficient that is named twice would have two priors and one effect; a number is no prior."""
+    given = {"prior": bs.priors.relative_normal(0.25), "dt": 1.0}
+    with refused("conflict", "free"):
+        bs.Problem(suboff, spiral, problem.record, free=["Xuu", "Nuv", "Xuu"], **given)
+    with refused("value", "u0_mps"):
+        bs.Problem(suboff, spiral, problem.record, free=["Xuu"], nuisance={"u0_mps": 7.5}, **given)

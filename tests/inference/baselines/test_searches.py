@@ -309,3 +309,14 @@ def test_numbers_that_overflow_are_no_warning(start):
         solution = search(problem, rng=np.random.default_rng(4), n_starts=4, start_spread=0.05)
         assert np.isfinite(solution.costs).all()
     sqp(problem, rng=np.random.default_rng(4), n_starts=4, start_spread=0.3, gradients="forward")
+
+
+@pytest.mark.parametrize("search", [sqp, trust_region])
+def test_what_is_guessed_to_be_zero_is_searched_too(search, rng):
+    """As something informed: ratios to a guess of zero would hold it there."""
+    matrix = rng.standard_normal((40, 2))
+    problem = Linear(
+        matrix, matrix @ [1.0, 3.0] + 0.01 * rng.standard_normal(40), Normal(np.array([1.1, 0.0]), np.ones(2))
+    )
+    found = search(problem, rng=np.random.default_rng(1), n_starts=2)
+    np.testing.assert_allclose(found.values, [1.0, 3.0], atol=0.1)

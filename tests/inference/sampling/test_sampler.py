@@ -187,3 +187,9 @@ def test_the_mode_is_examined_before_a_step_is_taken_and_overflow_is_not_spoken_
         bs.sample(Banana(), rng=np.random.default_rng(3), max_steps=100, examine=examine)
     assert modes[0].shape == (Banana().n_params,)
     assert (states[0]["over"], states[0]["invalid"]) == ("ignore", "ignore")
+
+
+def test_no_steps_are_refused():
+    """They would never end."""
+    with refused("value", "max_steps"):
+        bs.sample(None, rng=np.random.default_rng(1), max_steps=0)
