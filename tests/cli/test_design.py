@@ -379,7 +379,7 @@ def test_after_a_first_trial(folder, bayesub, finished):
     saved = json.loads(outcome.read_text())
     outcome.write_text(json.dumps(saved | {"verdict": "not converged"}))
     assert bayesub("design", "auv690", *options, "-o", "third")[0] == 2
-    refusals.check(bayesub.error, "state", "--after")
+    refusals.check(bayesub.error, "state")
     outcome.unlink()
     assert bayesub("design", "auv690", *options, "-o", "third")[0] == 2
     refusals.check(bayesub.error, "state")
