@@ -455,15 +455,17 @@ def _zeroed(derivatives) -> np.ndarray:
 def _joint(priors) -> Prior:
     """The prior of all parameters, the normal ones as one part."""
     if not isinstance(priors, Mapping) or not priors:
-        raise InputError(
-            "model: priors must be a mapping of names to priors, of one parameter at least", "missing", "priors"
-        )
+        text = "model: priors must be a mapping of names to priors, of one parameter at least"
+        raise InputError(text, "missing", "priors")
     parts: list[Prior] = []
     for name, given in priors.items():
         of_scipy = all(hasattr(given, method) for method in ("ppf", "isf", "cdf", "sf", "logpdf", "std"))
+        of_scipy = of_scipy and not getattr(given, "numargs", 0) and np.ndim(given.support()) == 1  # frozen, and of one
         prior = OfSciPy(given) if of_scipy else given
-        if not isinstance(prior, Prior) or len(prior.mean) != 1:
-            text = f"model: prior of '{name}' is a {type(given).__name__}, no prior of one parameter"
+        if not isinstance(prior, Prior) or prior.mean.shape != (1,) or not 0.0 < prior.sd < np.inf:
+            text = (
+                f"model: prior of '{name}' is a {type(given).__name__}, no prior of one parameter with a finite width"
+            )
             remedy = "bs.priors.normal, uniform or log_normal, or a frozen continuous distribution of SciPy"
             raise InputError(f"{text}; give {remedy}", "value", name)
         parts.append(prior)

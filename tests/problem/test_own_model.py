@@ -155,3 +155,12 @@ def test_a_posterior_that_others_drew():
     mean, sd, *_ = np.array(list(densities.SHIPPED["moments"][name].values())).T
     x = (posterior.chain - mean) / sd
     assert disagreement(np.concatenate([x, x**2 - 1.0], axis=-1)) < AGREE
+
+
+@pytest.mark.parametrize(
+    "prior", [stats.halfcauchy(scale=-1.0), stats.norm(0.0, np.nan), stats.gamma, stats.norm([0.0, 1.0], [1.0, 2.0])]
+)
+def test_a_prior_that_is_none_is_refused(prior):
+    """SciPy takes wrong parameters, none and several without a word."""
+    with refused("value", "a"):
+        bs.LeastSquaresModel(lambda a: a - 1.0, {"a": prior})
