@@ -98,7 +98,7 @@ def test_trials_must_belong_together(trials, suboff, spiral):
         JointProblem({"a": trials["spiral"], "b": other})
     with refused("missing", "problems"):
         JointProblem({})
-    fewer = bs.Problem(suboff, spiral, record, free=FREE[1:], prior=PRIOR, dt=1.0)
+    fewer = bs.Problem(suboff, spiral, record, free=FREE[1:], prior=PRIOR, nuisance=NUISANCE, dt=1.0)
     with refused("conflict", "problems"):  # else one boat would have two values of the first
         JointProblem({"a": trials["spiral"], "b": fewer})
 
