@@ -275,7 +275,7 @@ def _check_width(key: str, value: float, least: float, most: float) -> None:
 
 
 def _finite(key, value) -> float:
-    if not (isinstance(value, SupportsFloat) and np.ndim(value) == 0 and np.isfinite(float(value))):
+    if not (isinstance(value, SupportsFloat) and np.ndim(value) == 0 and np.isfinite(float(value))):  # type: ignore[arg-type]
         raise InputError(f"prior: {key} must be a finite number, found {value}", "value", key)
     return float(value)
 
