@@ -11,8 +11,9 @@ from bayesub.findings.simulator_conventions import Boat, losses, standard, writt
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
 from bayesub.io.errors import InputError, check_known
 from bayesub.kernels import workspace
+from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem.nuisance import BODY, of_boat, of_instrument
+from bayesub.problem.nuisance import BODY, Nuisances, find, of_boat, of_instrument
 from bayesub.report import parameter_tables
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.after.knowledge import Knowledge, coefficients, known, prior_of, vehicle_file
@@ -53,10 +54,10 @@ def _write_simulator(kind: str, run: FinishedRun, path: Path, fleet: int, seed: 
     xi[run.vehicle.equations.columns(fixed)] = list(fixed.values())
     draws = run.posterior.draws
     plain = replace(run.vehicle, xi=xi)
-    vehicle = _with_body(plain, run.posterior.names, draws.mean(axis=0))
     if fleet > len(draws):
         raise InputError(f"--fleet: the posterior has {len(draws)} draws; ask for so many at most", "limit", "--fleet")
-    manoeuvres = standard(vehicle) or [trial.manoeuvre for trial in run.setup().trials.values()]
+    manoeuvres = standard(plain) or [trial.manoeuvre for trial in run.setup().trials.values()]
+    vehicle = _with_body(plain, manoeuvres[0], run.posterior.names, draws.mean(axis=0))
     lost = losses(kind, Boat(vehicle, mean), manoeuvres)
     others = f"; inferred besides, and not in this file: {', '.join(untold(run))}" if untold(run) else ""
     boats = [(path, vehicle, mean, f"posterior means{others}")]
@@ -66,21 +67,18 @@ def _write_simulator(kind: str, run: FinishedRun, path: Path, fleet: int, seed: 
         for k, row in enumerate(rows, start=1):
             file = path.with_stem(f"{path.stem}_{k:0{len(str(fleet))}d}")
             what = f"draw {row} of the posterior, {k} of {fleet} by the seed {seed}{others}"
-            body = _with_body(plain, run.posterior.names, draws[row])
-            boats.append((file, body, Knowledge(names, draws[row, places], sd, np.eye(len(names))), what))
-    for file, body, one, what in boats:
-        write_text(file, written(kind, Boat(body, one, lost), f"study '{run.study.name}': {what}", manoeuvres))
+            drawn = _with_body(plain, manoeuvres[0], run.posterior.names, draws[row])
+            boats.append((file, drawn, Knowledge(names, draws[row, places], sd, np.eye(len(names))), what))
+    for file, drawn, one, what in boats:
+        write_text(file, written(kind, Boat(drawn, one, lost), f"study '{run.study.name}': {what}", manoeuvres))
 
 
-def _with_body(vehicle: Vehicle, names: Sequence[str], values: np.ndarray) -> Vehicle:
-    """A vehicle with what parameters (n_params,) say of mass, inertia and centres."""
-    body = vehicle.body.copy()
-    for name, value in zip(names, values.tolist(), strict=True):
-        if name in _TOLD:
-            change = value - vehicle.rigid_body[next(iter(BODY[name]))]
-            for key, factor in BODY[name].items():
-                body[workspace.BODY.index(key)] += factor * change
-    return replace(vehicle, body=body)
+def _with_body(vehicle: Vehicle, manoeuvre: Manoeuvre, names: Sequence[str], values: np.ndarray) -> Vehicle:
+    """A vehicle with what parameters (n_params,) say of mass, inertia and centres; of any manoeuvre that it flies."""
+    told, whole = [k for k, name in enumerate(names) if name in _TOLD], replace(manoeuvre, subproblem=None)
+    unknown = Nuisances(tuple(find(names[k], vehicle, whole, (), ()) for k in told), vehicle, whole)
+    body = unknown.body(values[None, told])
+    return vehicle if body is None else replace(vehicle, body=body[0])
 
 
 def untold(run: FinishedRun) -> list[str]:
