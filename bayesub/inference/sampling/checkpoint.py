@@ -22,7 +22,8 @@ from bayesub.io.atomic import locked, reason, replacing, writing
 from bayesub.io.errors import InputError, Remark
 
 _START = ("start.block", "start-copy.block")
-_COUNTS = ("accepted", "proposed", "thin")
+_COUNTS = ("accepted", "proposed", "thin", "begun")
+_ARRAYS = ("coords", "log_prob", "wide")
 _DIGEST = hashlib.sha256().digest_size
 
 
@@ -49,6 +50,8 @@ class State:
     accepted: int = 0  # of the proposals of steps that were kept at first
     proposed: int = 0
     thin: int = 1  # steps from one kept step to the next
+    begun: int = 0  # steps when the moves became those of now
+    wide: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))  # parameters drawn anew from their prior
 
 
 @dataclass
@@ -124,7 +127,11 @@ class Checkpoint:
         notes |= {"random": [generator, position, has_gauss, gauss]} | counts | vars(state.spent)
         content = io.BytesIO()
         np.savez(
-            content, notes=json.dumps(notes), coords=state.coords, log_prob=state.log_prob, random_keys=keys, **arrays
+            content,
+            notes=json.dumps(notes),
+            **{name: getattr(state, name) for name in _ARRAYS},
+            random_keys=keys,
+            **arrays,
         )
         try:
             with replacing(self.folder / name) as partial, partial.open("wb") as file:
@@ -155,7 +162,8 @@ def _state(notes, arrays) -> State:
     generator, position, has_gauss, gauss = notes["random"]
     random_state = generator, arrays["random_keys"], position, has_gauss, gauss
     spent = Spent(**{part.name: notes[part.name] for part in fields(Spent)})
-    return State(arrays["coords"], arrays["log_prob"], random_state, spent, *(notes[name] for name in _COUNTS))
+    numbers = {name: arrays[name] for name in _ARRAYS} | {name: notes[name] for name in _COUNTS}
+    return State(random_state=random_state, spent=spent, **numbers)
 
 
 @contextmanager

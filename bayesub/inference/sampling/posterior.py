@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from scipy import stats
 
 from bayesub.inference.checks import convergence
 from bayesub.inference.interface import InferencePrior
@@ -42,6 +43,7 @@ DIAGNOSTICS = ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")  # (.., 
 JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
 N_ENSEMBLES = 4  # at least, for R-hat
 LEAST_STEPS = 50  # kept at least before anything is judged
+PROBES = 1024  # values from its prior that are tried for each parameter before a posterior counts as converged
 STUCK = 0.1  # acceptance below which more steps are of little use; it is 0.3 to 0.9 where sampling works
 
 
@@ -120,6 +122,8 @@ class Posterior(Convergence, Displayed):
     jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number if
         unknown
     simulation_seconds : wall time of simulations and Jacobians among `seconds`; not a number if unknown
+    unvisited : (n_params,) of 1024 values of its prior, how many are accepted, the other parameters being as they are,
+        where draws have not been; None if they were not tried, because other criteria are not met
     """
 
     names: tuple[str, ...]
@@ -137,6 +141,7 @@ class Posterior(Convergence, Displayed):
     jacobians: int = 0
     jacobian_price: float = float("nan")
     simulation_seconds: float = float("nan")
+    unvisited: np.ndarray | None = None
 
     def thinned(self) -> "Posterior":
         """The same posterior with the draws that convergence is judged by."""
@@ -154,9 +159,13 @@ class Posterior(Convergence, Displayed):
     def given(self, prior: InferencePrior) -> "Posterior":
         """The same with mean and sd of :meth:`known_before`, which is what tables, files and figures compare with."""
         known = self.known_before(prior)
-        result = replace(self, prior_mean=known.mean, prior_sd=known.sd)
-        of_dataclass = {field.name for field in fields(self)}
-        vars(result).update({key: value for key, value in vars(self).items() if key not in of_dataclass})
+        return self.changed(prior_mean=known.mean, prior_sd=known.sd)
+
+    def changed(self, **attributes: Any) -> "Posterior":
+        """The same chain with other attributes, and what was computed of it."""
+        result = replace(self, **attributes)
+        computed = vars(self).keys() - {field.name for field in fields(self)} - {"shortcomings"}
+        vars(result).update({key: vars(self)[key] for key in computed})
         return result
 
     def part(self, positions: np.ndarray) -> "Posterior":
@@ -170,6 +179,7 @@ class Posterior(Convergence, Displayed):
             chain=self.chain[..., positions],
             prior_mean=self.prior_mean[positions],
             prior_sd=self.prior_sd[positions],
+            unvisited=None if self.unvisited is None else self.unvisited[positions],
         )
         vars(result).update({key: getattr(self, key)[..., positions] for key in DIAGNOSTICS}, n_steps=self.n_steps)
         return result
@@ -284,18 +294,34 @@ class Posterior(Convergence, Displayed):
         trend, limit = self.variance_trend, convergence.threshold(len(self.names), criteria.false_alarms)
         apart = "; if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
         drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
+        beyond = f"of {PROBES} values of its prior {{:.0f}} are as likely as the draws, where these have not been"
         # Merit of each parameter, whether it is enough, what to say if not, how much longer to sample, and what else.
         verdicts: list[tuple[np.ndarray, np.ndarray, str, float, str]] = [
             (-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}", 2.0, apart),
             *((ess, ess >= criteria.ess, f"{word} ESS {{:.0f}} is below {criteria.ess:g}", criteria.ess / ess.min(), "")
               for word, ess in (("bulk", self.bulk_ess), ("tail", self.tail_ess))),
             (-np.abs(trend), np.abs(trend) < limit, drift, 2.0, ""),
+            (-self._found_beyond, ~self.uncovered, beyond, 2.0, "; if it stays, narrow its prior"),
         ]  # fmt: skip
         return tuple(
             f"{missed}; {_longer(self, factor)}{more}"
             for merit, met, sentence, factor, more in verdicts
             if (missed := _missed(self.names, merit, met, sentence))
         )
+
+    @property
+    def _found_beyond(self) -> np.ndarray:
+        return np.zeros(len(self.names)) if self.unvisited is None else self.unvisited
+
+    @property
+    def uncovered(self) -> np.ndarray:
+        """(n_params,) whether the prior is as likely in more places where draws have not been than is usual.
+
+        The number of :attr:`unvisited` is then above what a Poisson distribution exceeds in a `false_alarms` of runs.
+        At each end, the limit of where draws have been has an independent one beyond it, or as well as not two.
+        """
+        expected = 4.0 * PROBES / np.minimum(self.bulk_ess, self.tail_ess)
+        return self._found_beyond > stats.poisson.isf(self.criteria.false_alarms / len(self.names), expected)
 
     def stuck(self, max_steps: int) -> bool:
         """Whether there is no chance of enough steps: after a tenth of them, with few proposals accepted.

@@ -51,6 +51,8 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     by_parameter: dict[str, Any] = {
         key: ("parameter", getattr(posterior, key)) for key in ("prior_mean", "prior_sd", *DIAGNOSTICS[1:])
     }
+    if posterior.unvisited is not None:
+        by_parameter["unvisited"] = "parameter", posterior.unvisited
     by_parameter["tau"] = ("ensemble", "parameter"), posterior.tau
     summary = xr.Dataset(by_parameter, coords={"parameter": list(posterior.names)})
     return {"posterior": draws, "sample_stats": stats, "convergence": summary}
@@ -134,6 +136,7 @@ def _read(draws: xr.Dataset, stats: xr.Dataset, summary: xr.Dataset) -> Posterio
         criteria=Criteria(
             **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
         ),
+        unvisited=summary["unvisited"].values if "unvisited" in summary else None,
         **{name: kind(attrs[name]) for name, kind in _NUMBERS.items()},
     )
     # What has been computed once takes the place of cached properties.

@@ -26,7 +26,7 @@ from bayesub.inference.sampling.histories import (
     search_marginal_mode,
 )
 from bayesub.inference.sampling.moves import EachEnsemble, LaplacePCN, SurrogateTransition, crank_nicolson
-from bayesub.inference.sampling.posterior import STANDARD, Criteria, Posterior
+from bayesub.inference.sampling.posterior import PROBES, STANDARD, Criteria, Posterior
 from bayesub.inference.sampling.surrogate import Surrogate, learn
 from bayesub.io.errors import InputError
 from bayesub.io.interrupts import deferred
@@ -41,9 +41,11 @@ LOOK = 100  # kept steps before the first look at convergence
 WARMUP = 0.1  # fraction of the steps so far that is discarded; before 0.25
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 CHAIN_BYTES = 2**30  # of a chain that takes more room every second step is forgotten
-FORMAT = 7  # of checkpoints; those of a former one lack what this one counts, and are refused
+FORMAT = 8  # of checkpoints; those of a former one lack what this one counts, and are refused
 PRICE_BATCH = 64  # simulations at once, as in a step, to which the time of a Jacobian is compared
 PRICE_REPEATS = 3  # measurements, of which the fastest counts
+PROBED = 0.05  # sd of the walkers in t, from which on values of its prior are tried for a parameter
+PRIOR_SHARE = 0.2  # of the steps that draw parameters anew from their prior which the other steps do not cover
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
@@ -105,6 +107,7 @@ def sample(
                         progress.update(*_pace(posterior, max_steps))
                     if run.n_kept * run.state.thin >= max_steps or posterior.converged or posterior.stuck(max_steps):
                         return posterior
+                    run.cover(posterior.uncovered)
                 look = next(k for k in _looks() if k > run.n_kept)
                 run.advance(min(look, -(-max_steps // run.state.thin)), interrupted)
 
@@ -155,19 +158,25 @@ class _Run:
         if problem.histories:
             last = self.blocks[-1].chain[-1] if self.blocks else None
             self._parameters = self.geometry.evaluate(problem, self.state.coords)[1] if last is None else last
+        marginal = isinstance(self.geometry, HistoryGeometry)
+        self._of_others = self.geometry.geometry if marginal else self.geometry
+        self._others = self.geometry.marginalised.others if marginal else np.arange(problem.n_params)
         short, long = surrogate.walks()
-        n_others = problem.n_params - sum(len(history.columns) for history in problem.histories)
-        self.sampler = emcee.EnsembleSampler(
-            n_ensembles * n_walkers,
-            problem.n_params,
-            self._evaluate,
-            moves=[
-                (SurrogateTransition(surrogate.log_prob, short, long, level, n_others), 1.0 - MOVE_SHARE),
-                (LaplacePCN(MOVE_STEPS), MOVE_SHARE),
-                *((EachEnsemble(move, n_ensembles), weight) for move, weight in weighted),
-            ],
-            vectorize=True,
-        )
+        self._moves = [
+            (SurrogateTransition(surrogate.log_prob, short, long, level, len(self._others)), 1.0 - MOVE_SHARE),
+            (LaplacePCN(MOVE_STEPS), MOVE_SHARE),
+            *((EachEnsemble(move, n_ensembles), weight) for move, weight in weighted),
+        ]
+        self.sampler = self._sampler()
+
+    def _sampler(self) -> emcee.EnsembleSampler:
+        """That of all moves, and of draws from the prior of the parameters that these do not cover."""
+        moves, wide = list(self._moves), self.state.wide
+        if len(wide):
+            total = sum(weight for _, weight in moves)
+            redrawn = partial(self._of_others.redrawn, wide)
+            moves.append((emcee.moves.MHMove(redrawn), total * PRIOR_SHARE / (1.0 - PRIOR_SHARE)))
+        return emcee.EnsembleSampler(*self.state.coords.shape, self._evaluate, moves=moves, vectorize=True)
 
     def _evaluate(self, y):
         """Log densities (n,) of walkers, and beside them their parameters if these cost a simulation."""
@@ -242,8 +251,8 @@ class _Run:
             self.blocks, self.state = [whole], replace(self.state, thin=2 * self.state.thin)
             whole = self._joined()
         self.blocks = [whole]
-        n_warmup = int(WARMUP * self.n_kept)
-        return Posterior(
+        n_warmup = max(int(WARMUP * self.n_kept), self.state.begun // self.state.thin)
+        posterior = Posterior(
             names=self.problem.names,
             chain=_by_ensemble(whole.chain[n_warmup:], self.n_ensembles),
             log_prob=_by_ensemble(whole.log_prob[n_warmup:], self.n_ensembles),
@@ -255,6 +264,43 @@ class _Run:
             thin=self.state.thin,
             **vars(self.state.spent),
         ).given(self.problem.prior)
+        if not posterior.converged:
+            return posterior
+        unvisited = self._unvisited(posterior)
+        self.state = replace(self.state, spent=self._charged(self.state.spent))
+        return posterior.changed(unvisited=unvisited, **vars(self.state.spent))
+
+    def _unvisited(self, posterior: Posterior) -> np.ndarray:
+        """(n_params,) of values of each parameter's prior, those that are accepted where the draws have not been.
+
+        They are accepted or not with the other parameters as they are at the walkers. A value is where the draws have
+        not been if there are fewer beyond it than one independent one. If none of the first quarter is, nor are others.
+        """
+        random, geometry = np.random.RandomState(), self._of_others
+        random.set_state(self.state.random_state)
+        spread = np.std(geometry.standard(self.state.coords), axis=0)
+        draws, rare = posterior.thinned().draws, 1.0 / np.minimum(posterior.bulk_ess, posterior.tail_ess)
+        counts = np.zeros(posterior.chain.shape[-1])
+        for j in np.flatnonzero(spread > PROBED):
+            k = self._others[j]
+            low, high = np.quantile(draws[:, k], [rare[k], 1.0 - rare[k]])
+            for numbers in np.split(np.arange(PROBES), [PROBES // 4]):
+                walkers = numbers % len(self.state.coords)
+                anew, factors = geometry.redrawn([j], self.state.coords[walkers], random)
+                gain = self.geometry.log_prob(self.problem, anew) - self.state.log_prob[walkers] + factors
+                accepted = anew[np.log(random.random_sample(len(anew))) < gain, : geometry.n_params]
+                values = geometry.parameters(accepted)[:, j]
+                counts[k] += np.count_nonzero((values < low) | (values > high))
+                if not counts[k]:
+                    break
+        return counts
+
+    def cover(self, uncovered: np.ndarray) -> None:
+        """Draw parameters anew from their prior from now on, those that are `uncovered` (n_params,)."""
+        wide = np.union1d(self.state.wide, np.flatnonzero(uncovered[self._others]))
+        if len(wide) > len(self.state.wide):
+            self.state = replace(self.state, wide=wide, begun=self.n_kept * self.state.thin)
+            self.sampler = self._sampler()
 
     def _charged(self, spent: store.Spent) -> store.Spent:
         """The costs so far, with those since the last call."""
