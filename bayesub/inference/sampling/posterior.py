@@ -294,7 +294,7 @@ class Posterior(Convergence, Displayed):
         trend, limit = self.variance_trend, convergence.threshold(len(self.names), criteria.false_alarms)
         apart = "; if it stays, the ensembles sit in different places: narrow the prior or free fewer coefficients"
         drift = f"the variance changes by {{:.1f}} standard errors from first to second half, above {limit:.1f}"
-        beyond = f"of {PROBES} values of its prior {{:.0f}} are as likely as the draws, where these have not been"
+        beyond = f"of {PROBES} values of its prior {{:.0f}} are as likely as the draws and where these have not been"
         # Merit of each parameter, whether it is enough, what to say if not, how much longer to sample, and what else.
         verdicts: list[tuple[np.ndarray, np.ndarray, str, float, str]] = [
             (-self.rhat, self.rhat < criteria.rhat, f"R-hat {{:.4f}} is not below {criteria.rhat:g}", 2.0, apart),
@@ -318,9 +318,9 @@ class Posterior(Convergence, Displayed):
         """(n_params,) whether the prior is as likely in more places where draws have not been than is usual.
 
         The number of :attr:`unvisited` is then above what a Poisson distribution exceeds in a `false_alarms` of runs.
-        At each end, the limit of where draws have been has an independent one beyond it, or as well as not two.
+        At each end an independent draw is beyond where draws have been, so that two in all are usual.
         """
-        expected = 4.0 * PROBES / np.minimum(self.bulk_ess, self.tail_ess)
+        expected = 2.0 * PROBES / np.minimum(self.bulk_ess, self.tail_ess)
         return self._found_beyond > stats.poisson.isf(self.criteria.false_alarms / len(self.names), expected)
 
     def stuck(self, max_steps: int) -> bool:

@@ -44,6 +44,7 @@ CHAIN_BYTES = 2**30  # of a chain that takes more room every second step is forg
 FORMAT = 8  # of checkpoints; those of a former one lack what this one counts, and are refused
 PRICE_BATCH = 64  # simulations at once, as in a step, to which the time of a Jacobian is compared
 PRICE_REPEATS = 3  # measurements, of which the fastest counts
+FIRST_PROBES = 4096  # values from the prior that are tried first, of all parameters
 PROBED = 0.05  # sd of the walkers in t, from which on values of its prior are tried for a parameter
 PRIOR_SHARE = 0.2  # of the steps that draw parameters anew from their prior which the other steps do not cover
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
@@ -274,17 +275,18 @@ class _Run:
         """(n_params,) of values of each parameter's prior, those that are accepted where the draws have not been.
 
         They are accepted or not with the other parameters as they are at the walkers. A value is where the draws have
-        not been if there are fewer beyond it than one independent one. If none of the first quarter is, nor are others.
+        not been if there are fewer beyond it than one independent one. If none of the first is, no more are tried.
         """
         random, geometry = np.random.RandomState(), self._of_others
         random.set_state(self.state.random_state)
+        first = np.clip(FIRST_PROBES // geometry.n_params, PROBES // 8, PROBES // 4)
         spread = np.std(geometry.standard(self.state.coords), axis=0)
         draws, rare = posterior.thinned().draws, 1.0 / np.minimum(posterior.bulk_ess, posterior.tail_ess)
         counts = np.zeros(posterior.chain.shape[-1])
         for j in np.flatnonzero(spread > PROBED):
             k = self._others[j]
             low, high = np.quantile(draws[:, k], [rare[k], 1.0 - rare[k]])
-            for numbers in np.split(np.arange(PROBES), [PROBES // 4]):
+            for numbers in np.split(np.arange(PROBES), [first]):
                 walkers = numbers % len(self.state.coords)
                 anew, factors = geometry.redrawn([j], self.state.coords[walkers], random)
                 gain = self.geometry.log_prob(self.problem, anew) - self.state.log_prob[walkers] + factors
