@@ -460,8 +460,7 @@ def _joint(priors) -> Prior:
     parts: list[Prior] = []
     for name, given in priors.items():
         if not isinstance(name, str):
-            text = f"model: {name!r} in priors is no name of a parameter; give a text in quotes, such as '{name}'"
-            raise InputError(text, "value", "priors")
+            raise InputError(f"model: {name!r} in priors is no text; give a name, such as '{name}'", "value", "priors")
         of_scipy = all(hasattr(given, method) for method in ("ppf", "isf", "cdf", "sf", "logpdf", "std"))
         of_scipy = of_scipy and not getattr(given, "numargs", 0) and np.ndim(given.support()) == 1  # frozen, and of one
         prior = OfSciPy(given) if of_scipy else given

@@ -120,9 +120,9 @@ class Given(CoefficientPrior):
             if first == second or not -1.0 < correlation < 1.0:
                 fault = "prior: a correlation is of two coefficients and between -1 and 1"
                 raise InputError(f"{fault}, found {correlation} of {first} and {second}", "value", "correlations")
-        pairs = [frozenset(pair) for *pair, _ in self.correlations]
+        pairs = [" and ".join(sorted(pair)) for *pair, _ in self.correlations]
         if len({*pairs}) < len(pairs):
-            twice = " and ".join(sorted(max(pairs, key=pairs.count)))
+            twice = max(pairs, key=pairs.count)
             raise InputError(f"prior: {twice} have two correlations; give them one", "conflict", "correlations")
 
     def check(self, names: Sequence[str]) -> None:
@@ -285,8 +285,7 @@ def _finite(key, value) -> float:
 
 def perturbed(xi: np.ndarray, sd: float, rng: np.random.Generator) -> np.ndarray:
     """A guess: each coefficient of `xi` times ``1 + sd * standard normal``, with the sign of the original."""
-    xi = coefficient_set("xi", xi)
-    return xi * np.abs(1.0 + sd * rng.standard_normal(len(xi)))
+    return coefficient_set("xi", xi) * np.abs(1.0 + sd * rng.standard_normal(len(xi)))
 
 
 def coefficient_set(key: str, values: object, n: int | None = None) -> np.ndarray:
@@ -297,6 +296,5 @@ def coefficient_set(key: str, values: object, n: int | None = None) -> np.ndarra
         numbers = np.array(np.nan)
     if numbers.shape != (numbers.size if n is None else n,) or not np.isfinite(numbers).all():
         text = f"{key}: must have a finite number for each coefficient{f', {n}' if n else ''}, as the vehicle's xi has"
-        found = f"found shape {numbers.shape} with {np.isfinite(numbers).sum()} finite numbers"
-        raise InputError(f"{text}; {found}", "value", key)
+        raise InputError(f"{text}; found {np.isfinite(numbers).sum()} in shape {numbers.shape}", "value", key)
     return numbers
