@@ -74,7 +74,7 @@ def check_known(name: str, valid: Collection[str], message: str, *, hint: str = 
     It is about the `key`, by default about the name.
     """
     if name not in valid:
-        raise InputError(f"{message}{nearest(name, valid, hint)}", "unknown", key or name)
+        raise InputError(f"{message}{nearest(str(name), valid, hint)}", "unknown", key or str(name))
 
 
 def nearest(name: str, valid: Iterable[str], hint: str = "") -> str:

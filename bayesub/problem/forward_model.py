@@ -199,6 +199,8 @@ class ReadingTimes:
         """(n_times, n_measured, n_parameters) derivatives of the outputs of one member by what moves the boat."""
         member = {key: None if rows is None else rows[0] for key, rows in given.items()}
         derivatives, measured = self._simulator.sensitivities, self._measurement.measured
+        if not parameters:
+            return np.zeros((len(self._measurement.times), len(measured), 0))
         if times is None:
             return derivatives(sets[0], parameters, measured, **member)
         pieces = self._dense.pieces(times)

@@ -459,13 +459,14 @@ def _joint(priors) -> Prior:
         raise InputError(text, "missing", "priors")
     parts: list[Prior] = []
     for name, given in priors.items():
+        if not isinstance(name, str):
+            raise InputError(f"model: {name!r} in priors is no text; give a name, such as '{name}'", "value", "priors")
         of_scipy = all(hasattr(given, method) for method in ("ppf", "isf", "cdf", "sf", "logpdf", "std"))
         of_scipy = of_scipy and not getattr(given, "numargs", 0) and np.ndim(given.support()) == 1  # frozen, and of one
         prior = OfSciPy(given) if of_scipy else given
         if not isinstance(prior, Prior) or prior.mean.shape != (1,) or not 0.0 < prior.sd < np.inf:
-            text = (
-                f"model: prior of '{name}' is a {type(given).__name__}, no prior of one parameter with a finite width"
-            )
+            kind = type(given).__name__
+            text = f"model: prior of '{name}' is a {kind}, no prior of one parameter with a finite width"
             remedy = "bs.priors.normal, uniform or log_normal, or a frozen continuous distribution of SciPy"
             raise InputError(f"{text}; give {remedy}", "value", name)
         parts.append(prior)

@@ -100,7 +100,7 @@ class Spread(CoefficientPrior):
         return Normal(centre, reach)
 
     def _centre(self, columns, xi):
-        return (xi if self.centre is None else self.centre)[columns].copy()
+        return (xi if self.centre is None else coefficient_set("centre", self.centre, len(xi)))[columns].copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +120,10 @@ class Given(CoefficientPrior):
             if first == second or not -1.0 < correlation < 1.0:
                 fault = "prior: a correlation is of two coefficients and between -1 and 1"
                 raise InputError(f"{fault}, found {correlation} of {first} and {second}", "value", "correlations")
+        pairs = [" and ".join(sorted(pair)) for *pair, _ in self.correlations]
+        if len({*pairs}) < len(pairs):
+            twice = max(pairs, key=pairs.count)
+            raise InputError(f"prior: {twice} have two correlations; give them one", "conflict", "correlations")
 
     def check(self, names: Sequence[str]) -> None:
         """Raise an InputError if a prior is given of a coefficient that is not among the `names` of a set's."""
@@ -209,7 +213,7 @@ def relative_hierarchical(log_sd: float, centre: np.ndarray | None = None, *, by
 
 def _spread(kind, key, value, centre):
     _check_width(key, value, NARROWEST, WIDEST_SPREAD[key])
-    return Spread(kind, float(value), None if centre is None else np.asarray(centre, dtype=float))
+    return Spread(kind, float(value), None if centre is None else coefficient_set("centre", centre))
 
 
 def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.ndarray | None = None) -> Given:
@@ -222,11 +226,10 @@ def from_vehicle(vehicle: Vehicle, otherwise: Spread | None = None, centre: np.n
     given. Without `otherwise`, such as ``relative_normal(0.25)``, a coefficient that has no sd has no scale and stays
     fixed. `centre` (n_terms,) are the means of what has an sd; by default the vehicle's `xi`.
     """
-    mean = vehicle.xi if centre is None else np.asarray(centre, dtype=float)
+    mean = vehicle.xi if centre is None else coefficient_set("centre", centre, len(vehicle.xi))
     names = vehicle.equations.names
-    known = np.flatnonzero(np.isfinite(vehicle.sd))
     given: dict[str, Prior] = {}
-    for k in known:
+    for k in np.flatnonzero(np.isfinite(vehicle.sd)):
         with error_source(f"coefficient '{names[k]}'"):
             given[names[k]] = normal(mean[k], vehicle.sd[k])
     correlations: tuple[tuple[str, str, float], ...] = ()
@@ -282,4 +285,16 @@ def _finite(key, value) -> float:
 
 def perturbed(xi: np.ndarray, sd: float, rng: np.random.Generator) -> np.ndarray:
     """A guess: each coefficient of `xi` times ``1 + sd * standard normal``, with the sign of the original."""
-    return xi * np.abs(1.0 + sd * rng.standard_normal(len(xi)))
+    return coefficient_set("xi", xi) * np.abs(1.0 + sd * rng.standard_normal(len(xi)))
+
+
+def coefficient_set(key: str, values: object, n: int | None = None) -> np.ndarray:
+    """A copy (n,) of what is given for the `key`; InputError unless it is so many finite numbers, or any if None."""
+    try:
+        numbers = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.array(np.nan)
+    if numbers.shape != (numbers.size if n is None else n,) or not np.isfinite(numbers).all():
+        text = f"{key}: must have a finite number for each coefficient{f', {n}' if n else ''}, as the vehicle's xi has"
+        raise InputError(f"{text}; found {np.isfinite(numbers).sum()} in shape {numbers.shape}", "value", key)
+    return numbers

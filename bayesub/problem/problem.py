@@ -1,6 +1,6 @@
 """The inference problem of one trial, posed from a vehicle, a manoeuvre and a record."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -20,7 +20,7 @@ from bayesub.problem.forward_model import ForwardModel
 from bayesub.problem.mounting import within_reach
 from bayesub.problem.noise import Noise
 from bayesub.problem.nuisance import Nuisance, find
-from bayesub.problem.priors import CoefficientPrior
+from bayesub.problem.priors import CoefficientPrior, coefficient_set
 from bayesub.problem.trial_problem import TrialProblem, joined
 from bayesub.sensors.record import Channel, Record
 
@@ -145,7 +145,7 @@ class Problem(TrialProblem):
         dt: float | None = None,
         disturbance: UnknownDisturbance | None = None,
     ):
-        xi = np.array(vehicle.xi if xi is None else xi, dtype=float)
+        xi = coefficient_set("xi", vehicle.xi if xi is None else xi, len(vehicle.xi))
         equations, free = vehicle.equations, list(free)
         for name in (name for k, name in enumerate(free) if name in free[:k]):
             raise InputError(f"free: '{name}' is named twice; name it once", "conflict", "free")
@@ -210,11 +210,15 @@ def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
 def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tuple[Noise, ...]:
     """The noise model of each channel: the one given by name, or what its sd and resolution say.
 
-    Raises InputError for the name of a channel that is not among them.
+    Raises InputError for the name of a channel that is not among them, and for what is no noise model.
     """
     names = [channel.name for channel in channels]
-    for name in by_name:
+    if not isinstance(by_name, Mapping):
+        text = f"noise: {by_name!r} is no mapping"
+        raise InputError(f"{text}; give {{'{names[0]}': bs.likelihoods.Normal(0.1)}} or the like", "value", "noise")
+    for name, noise in by_name.items():
         check_known(name, names, f"noise: there is no channel '{name}'")
-    return tuple(
-        by_name.get(channel.name) or likelihoods.reading_noise(channel.sd, channel.resolution) for channel in channels
-    )
+        if not isinstance(noise, Noise):
+            text = f"noise: {noise!r} of '{name}' is no noise model with its values"
+            raise InputError(f"{text}; give one, such as bs.likelihoods.Normal(0.1)", "value", name)
+    return tuple(by_name.get(c.name) or likelihoods.reading_noise(c.sd, c.resolution) for c in channels)

@@ -171,7 +171,7 @@ class MeasurementModel:
         `sensitivities` (n_times, n_measured, n_params): derivatives of the :attr:`measured` outputs; the outputs
         themselves are needed if there is a current or a lever arm.
         """
-        slopes = sensitivities.reshape(-1, sensitivities.shape[-1])[self._position]
+        slopes = sensitivities.reshape(len(sensitivities) * sensitivities.shape[1], -1)[self._position]
         if outputs is None:
             return slopes
         if water is not None:

@@ -121,6 +121,9 @@ def test_refusals():
         bs.DensityModel(log_likelihood, {"a": bs.priors.relative_normal(0.25)})
     with refused("missing", "priors"):
         bs.LeastSquaresModel(errors, {})
+    for model, function in ((bs.LeastSquaresModel, errors), (bs.DensityModel, log_likelihood)):
+        with refused("value", "priors"):
+            model(function, {0: bs.priors.normal(0.0, 1.0), 1: bs.priors.normal(0.0, 1.0)})
     with refused("unknown", "noise"):
         bs.LeastSquaresModel(errors, FLAT, sd="noise")
     with refused("value", "sd"):

@@ -206,3 +206,36 @@ def test_coefficients_are_tied_by_a_correlation_near_one(suboff, spiral, spiral_
 def test_a_mean_that_is_no_number_is_refused(mean):
     with refused("value", "mean"):
         priors.normal(mean, 1.0)
+
+
+def test_a_correlation_that_is_given_twice_is_refused():
+    """The second would be taken, in whichever order it has its names; other pairs of the same coefficients are kept."""
+    given = {name: priors.normal(1.0, 0.1) for name in ("Yuv", "Nuv", "Nur")}
+    priors.Given(relative_normal(0.25), given, (("Yuv", "Nuv", 0.5), ("Nuv", "Nur", 0.3), ("Nur", "Yuv", 0.2)))
+    for again in (("Yuv", "Nuv", -0.3), ("Nuv", "Yuv", 0.5)):
+        with refused("conflict", "correlations"):
+            priors.Given(relative_normal(0.25), given, (("Yuv", "Nuv", 0.5), ("Nuv", "Nur", 0.3), again))
+
+
+def wrong_sets(xi):
+    return xi[:5], np.append(xi, 1.0), xi[None], np.where(np.arange(len(xi)) == 3, np.nan, xi), xi * np.inf, "Xuu"
+
+
+def test_a_coefficient_set_that_is_none_is_refused(suboff, spiral, spiral_track, rng):
+    """Of another length or not of numbers, as values of what is fixed, a centre, means, or what is perturbed."""
+    record, free = observe(spiral_track, Track(0.5, 0.1, 2.0), rng), ["Xuu", "Nuv"]
+    with np.errstate(invalid="ignore"):
+        wrong = wrong_sets(suboff.xi)
+    for number, one in enumerate(wrong):
+        with refused("value", "xi"):
+            Problem(suboff, spiral, record, free=free, prior=relative_normal(0.25), xi=one, dt=2.0)
+        with refused("value", "centre"):
+            Problem(suboff, spiral, record, free=free, prior=relative_normal(0.25, one), dt=2.0)
+        with refused("value", "centre"):
+            from_vehicle(suboff, relative_normal(0.25), one)
+        if number > 1:  # of any length
+            with refused("value", "xi"):
+                perturbed(one, 0.1, rng)
+    straight = priors.Spread("normal", 0.25, suboff.xi[:5])
+    with refused("value", "centre"):
+        Problem(suboff, spiral, record, free=free, prior=straight, dt=2.0)

@@ -163,6 +163,14 @@ def test_noise_of_no_channel(suboff, spiral, mixed):
         )
 
 
+def test_noise_that_is_no_model(suboff, spiral, problem):
+    """A class without its values, a number, and a model for no channel."""
+    given = {"free": ["Xuu"], "prior": bs.priors.relative_normal(0.25), "dt": 2.0}
+    for noise, key in (({"x": Normal}, "x"), ({"y": 0.5}, "y"), (Normal, "noise"), ([StudentT], "noise")):
+        with refused("value", key):
+            bs.Problem(suboff, spiral, problem.record, noise=noise, **given)
+
+
 def test_jacobian_has_the_noise_that_was_given(suboff, spiral, problem, parameters):
     """Normal noise given for a channel weighs its derivatives, not the sd of the sensor."""
     noise = {"x": Normal(2.0)}
@@ -295,5 +303,7 @@ def test_what_makes_no_problem_is_refused(problem, suboff, spiral):
     given = {"prior": bs.priors.relative_normal(0.25), "dt": 1.0}
     with refused("conflict", "free"):
         bs.Problem(suboff, spiral, problem.record, free=["Xuu", "Nuv", "Xuu"], **given)
+    with refused("unknown", "0"):
+        bs.Problem(suboff, spiral, problem.record, free=[0, 1], **given)
     with refused("value", "u0_mps"):
         bs.Problem(suboff, spiral, problem.record, free=["Xuu"], nuisance={"u0_mps": 7.5}, **given)

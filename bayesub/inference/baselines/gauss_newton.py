@@ -93,7 +93,7 @@ def gauss_newton(
 
 def _within_reach(steps):
     """Steps (n, n_params), shortened to the longest that one may take."""
-    return steps * (_LONGEST / np.maximum(_LONGEST, np.abs(steps).max(axis=1, keepdims=True)))
+    return steps * (_LONGEST / np.maximum(_LONGEST, np.abs(steps).max(axis=1, keepdims=True, initial=0.0)))
 
 
 def _misfit(problem, t):

@@ -80,7 +80,7 @@ def find_discrepancies(model: Any, standard: np.ndarray) -> list[Discrepancy]:
     fits = {kind: method(first) for kind, method in methods.items()}
     slow = model.slow_noises(first)
     candidates = [_fit_slow_noise(first, slow)] if slow else []
-    best = max([c.gain for c in candidates] + [fit.candidate.gain for fit in fits.values()])
+    best = max([c.gain for c in candidates] + [fit.candidate.gain for fit in fits.values()], default=0.0)
     for kind, fit in fits.items():
         rival = fit.candidate.gain > max(_RIVAL * best, 0.0)
         candidates.append((_expand(model, methods[kind], fit, alone) if rival else fit).candidate)

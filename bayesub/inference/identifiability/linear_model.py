@@ -44,7 +44,7 @@ class Integrated:
         """
         n_rows, n = columns.shape
         columns = np.concatenate([columns, np.zeros((len(self.white), n))])
-        for history, pieces, innovations in self.parts:
+        for history, pieces, innovations in self.parts if n else ():
             own, shape = np.searchsorted(self.white, history.columns), (n, *innovations.roots.shape[1:])
             about = np.zeros((n, len(own))) if white is None else np.broadcast_to(white[..., own], (n, len(own)))
             residuals = np.ascontiguousarray(columns[history.rows].T)

@@ -164,6 +164,8 @@ def export(
     folder, path = Path(folder), Path(path)
     name = format_of(path, kind)
     write = FORMATS[name].write
+    if not isinstance(fleet, (int, np.integer)) or fleet < 0:
+        raise InputError(f"--fleet: must be a whole number and not negative, found {fleet!r}", "value", "--fleet")
     if fleet and write is not None:
         text = f"--fleet: is of coefficients for a simulator, and the format is '{name}'; choose --as gazebo or another"
         raise InputError(text, "conflict", "--fleet")

@@ -105,3 +105,22 @@ def test_a_trial_is_followed_better_than_by_the_guess(suboff, spiral, spiral_tra
         np.sqrt(np.mean(off[rows] ** 2)) for off in problem.predicted(np.array([guess, values])) - problem.readings
     )
     assert after < 0.2 * before
+
+
+@pytest.mark.parametrize("nuisance", [{}, {"bias_yaw_deg": normal(0.0, 1.0)}, {"clock_track_s": normal(0.0, 0.2)}])
+def test_a_boat_whose_start_is_known(suboff, spiral, spiral_track, nuisance):
+    """Smoothing has then no other parameter that moves the boat, or none at all but the forces.
+
+    The answer is near that of a start which is nearly known; one whose sd were wide is the control.
+    """
+    sensors = bs.sensors.Track(0.5, 0.1, 10.0, channels=("x", "y", "yaw"))
+    record = bs.observe(spiral_track, sensors, np.random.default_rng(8))
+    forces = bs.UnknownDisturbance(("X", "N"), dict.fromkeys("XN", 1e-4), 60.0, knot_interval_s=40.0)
+    given = {"free": ["Xuu", "Yuv", "Nuv"], "prior": bs.priors.relative_normal(0.25), "dt": 2.0, "disturbance": forces}
+
+    def fit(more):
+        return smoothed_regression(bs.Problem(suboff, spiral, record, nuisance=nuisance | more, **given)).values
+
+    known, nearly = fit({}), fit({"u0_mps": normal(suboff.speed_mps, 1e-5)})
+    np.testing.assert_allclose(known, nearly, rtol=1e-7)
+    assert np.abs(fit({"u0_mps": normal(suboff.speed_mps, 0.5)}) / known - 1.0).max() > 1e-4

@@ -146,3 +146,10 @@ def test_a_simulation_that_fails_has_no_explanation():
     toy = LinearToy(3)
     toy.about = lambda *_, **__: None
     assert find_discrepancies(toy, np.zeros(P)) == []
+
+
+def test_without_candidates_there_is_no_explanation():
+    """All that could be left out is inferred, and channels of single readings have no slow noise."""
+    toy = LinearToy(3)
+    toy.effects, toy.forces, toy.slow_noises = {}, {}, lambda _: {}
+    assert find_discrepancies(toy, np.zeros(P)) == []

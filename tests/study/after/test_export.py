@@ -259,6 +259,13 @@ def test_a_fleet_is_draws_of_the_posterior(run, tmp_path, bayesub):
     assert not (tmp_path / "boat.sdf").exists()
 
 
+@pytest.mark.parametrize("fleet", [-1, 2.5, "3"])
+def test_a_fleet_that_is_no_number_of_draws_is_refused(run, tmp_path, fleet):
+    with refusals.refused("value", "--fleet"):
+        bs.export(run, tmp_path / "boat.m", fleet=fleet)
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_body_that_was_inferred_is_in_the_files_and_what_else_was_is_named(finished, tmp_path, bayesub):
     """Mass and inertia are posterior means, and of a fleet those of the draw; a scale of the rudder is said to lack."""
     body = {"mass_kg": {"mean": 1700.0, "sd": 50.0}, "Izz_kgm2": {"mean": 5500.0, "sd": 200.0}}
