@@ -160,9 +160,7 @@ def structural(
 def _null_space(judge, manoeuvres) -> NullSpace:
     step = judge.step_s or judge.accurate_step(manoeuvres[0])
     problem = JointProblem({str(k): judge.problem(one, step) for k, one in enumerate(manoeuvres)})
-    at = problem.prior.mean.copy()
-    at[: problem.n_coefficients] = judge.vehicle.xi[problem.columns]
-    return null_space(problem, at)
+    return null_space(problem, judge.parameters(problem, judge.vehicle.xi))
 
 
 def numbers(design: DesignedTrial) -> dict:
