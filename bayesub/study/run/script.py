@@ -16,6 +16,7 @@
 import ast
 import importlib.util
 import json
+import math
 import operator
 import re
 import sys
@@ -37,7 +38,7 @@ from bayesub.io.terminal import SILENT, Progress
 from bayesub.study import sources
 from bayesub.study.provenance import environment
 from bayesub.study.run import script_page
-from bayesub.study.run.result import StudyResult
+from bayesub.study.run.result import AGAIN, StudyResult
 from bayesub.study.run.run_folder import RunContext
 
 NUMBERS = "numbers.json"
@@ -172,7 +173,7 @@ class ScriptRun:
         file = self.folder / f"{name}.npz"
         file = file if file.exists() else file.with_stem(_file_of(name))
         if not file.exists():
-            text = f"{file}: is missing, and figures that need it cannot be drawn; run the study again"
+            text = f"{file}: is missing, and figures that need it cannot be drawn; {AGAIN}"
             raise MissingArrays(text, "state", file.name)
         with np.load(file) as arrays:
             return dict(arrays)
@@ -244,7 +245,7 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         saved = {str(path): config["script_sha256"]} | config.get("files_sha256", {})
         for name, now in ({str(path): digest} | files).items():
             if saved.get(name) != now:
-                text = f"{name}: has changed since the run; run the study again, or name a script with --study"
+                text = f"{name}: has changed since the run; {AGAIN}, or name a script with --study"
                 raise InputError(text, "state", "--study")
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
@@ -253,7 +254,7 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
     try:
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
-        raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
+        raise InputError(f"{numbers_file}: is damaged ({error}); {AGAIN}", "format", NUMBERS) from None
     study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=RunContext(folder, pdf).formats)
     return _conclude(load(path), study, numbers, question(path, functions=FUNCTIONS), config)
 
@@ -293,4 +294,6 @@ def _shortened(content):
         return {key: _shortened(value) for key, value in content.items()}
     if isinstance(content, list | tuple):
         return [_shortened(value) for value in content]
-    return float(f"{content:.9g}") if isinstance(content, float) else content
+    if isinstance(content, float):  # JSON has no number that is not finite
+        return float(f"{content:.9g}") if math.isfinite(content) else None
+    return content
