@@ -80,7 +80,6 @@ def _in_time(given, info: pydantic.ValidationInfo):
 
 
 IN_TIME = pydantic.AfterValidator(_in_time)  # of times of orders, or tables that have them
-Start = Annotated[float, pydantic.Field(ge=0), IN_TIME]
 
 
 class ManoeuvreFile(Section):
@@ -153,7 +152,7 @@ class RandomFile(ManoeuvreFile):
     """Random steps of rudder and stern planes (thesis section 8.2), uniform within limits that the planes can reach."""
 
     kind: Literal["random"]
-    start_s: Start
+    start_s: Annotated[float, pydantic.Field(ge=0), IN_TIME]
     interval_s: float = pydantic.Field(ge=SAMPLE_S)
     rudder_limit_deg: float = pydantic.Field(ge=0, le=90)
     stern_plane_limit_deg: float = pydantic.Field(ge=0, le=90)
@@ -225,7 +224,7 @@ class ZigzagFile(ClosedLoopFile):
     angle_deg: float = pydantic.Field(gt=0, le=90)
     reversal_deg: float = pydantic.Field(gt=0, le=360)
     executes: int = pydantic.Field(ge=1, le=MAX_EXECUTES)
-    start_s: Start
+    start_s: Annotated[float, pydantic.Field(ge=0), IN_TIME]
 
     def steer(self, flight: closed_loop.Flight) -> None:
         """Put the plane over again and again."""

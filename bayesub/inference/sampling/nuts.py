@@ -279,19 +279,11 @@ def sample_nuts(
     model = nutpie.compiled_pyfunc.from_pyfunc(
         n, lambda: log_prob, lambda *_: draw, [np.dtype(float)], [(n,)], ["parameters"], make_initial_point_fn=start
     )
+    options = {"chains": n_chains, "cores": 1, "step_size_adapt_method": str(_STEP), "maxdepth": _DOUBLINGS}
+    options |= {"seed": int(rng.integers(2**31)), "progress_bar": False}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # ArviZ finds fault with what Ctrl-C leaves
-        trace = nutpie.sample(
-            model,
-            draws=n_draws,
-            tune=n_tune,
-            chains=n_chains,
-            cores=1,
-            seed=int(rng.integers(2**31)),
-            step_size_adapt_method=str(_STEP),
-            maxdepth=_DOUBLINGS,
-            progress_bar=False,
-        )
+        trace = nutpie.sample(model, draws=n_draws, tune=n_tune, **options)
     draws = np.asarray(trace.posterior["parameters"].values)
     if draws.shape[1] < n_draws or np.isnan(draws).any():
         raise KeyboardInterrupt

@@ -65,8 +65,8 @@ def open_folder(
     `keep_stale` a run is resumed although sources or versions differ; ``config.toml`` keeps those by which it was
     begun, and the time, so that it stays stale.
 
-    InputError for a run that cannot be resumed, with the first difference, for a folder that is not free, and for a run
-    to be replaced of which a file is copied or `read`.
+    InputError for a run that cannot be resumed, with the first difference, or that is copied from or `read`, and for a
+    folder that is not free.
     """
     saved = saved_config(folder)
     lost = {(folder / name).resolve() for name in (_written(folder, saved) if saved and not resume else ())}

@@ -16,7 +16,6 @@
 import ast
 import importlib.util
 import json
-import math
 import operator
 import re
 import sys
@@ -32,16 +31,15 @@ from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arr
 from bayesub.campaign.executors import Executor, is_remote
 from bayesub.findings.verdicts import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED
 from bayesub.io import toml_files
-from bayesub.io.atomic import write_text
+from bayesub.io.atomic import finite, write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study import sources
 from bayesub.study.provenance import environment
 from bayesub.study.run import script_page
-from bayesub.study.run.result import AGAIN, StudyResult
+from bayesub.study.run.result import AGAIN, NUMBERS, StudyResult
 from bayesub.study.run.run_folder import RunContext
 
-NUMBERS = "numbers.json"
 FUNCTIONS = ("compute", "draw", "claims")
 _OF_RUNS = ("numbers", "outcome", "seconds")  # files of every run, which a script does not write itself
 
@@ -228,7 +226,7 @@ def run(script: Script, context: RunContext) -> StudyResult:
     module = load(script.path)
     with chdir(Path.cwd()):
         found = module.compute(study)
-    text = as_json(_shortened(found), "compute()")
+    text = as_json(finite(found, 9), "compute()")  # half the size, and more than any figure or claim needs
     write_text(context.folder / NUMBERS, text)
     context.progress.stage("figures")
     return _conclude(module, study, json.loads(text), script.question, script.config())
@@ -286,14 +284,3 @@ def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str
     listed = failed if len(failed) > 1 else ()
     verdict = CLAIM_FAILED if failed else CLAIM_HOLDS
     return StudyResult(study.name, question, verdict, str(study.folder), text=text, shortcomings=listed)
-
-
-def _shortened(content):
-    """The same with nine significant digits: half the size, and more than any figure or claim needs."""
-    if isinstance(content, dict):
-        return {key: _shortened(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_shortened(value) for value in content]
-    if isinstance(content, float):  # JSON has no number that is not finite
-        return float(f"{content:.9g}") if math.isfinite(content) else None
-    return content
