@@ -65,7 +65,7 @@ def refuse_several(given: dict[str, Any], key: str = "") -> None:
 
 
 def refuse_overwriting(output: Path, *inputs: Path | str | None) -> None:
-    """InputError if the file or run folder that is to be written is one of those that are read."""
+    """InputError if the file that is to be written is one of those that are read."""
     if output.resolve() in {Path(one).resolve() for one in inputs if one is not None}:
         raise InputError(f"{output}: is what is read; choose another with -o", "conflict", "-o")
 

@@ -198,7 +198,6 @@ def design(
 
     arguments.refuse_several({"--resume": resume, "--force": force}, "--force")
     arguments.refuse_several({"--minutes": minutes, "--budget": budget, "--judgements": judgements})
-    arguments.refuse_overwriting(output, asked["after"])
     asked |= {"wanted": wanted or (DEFAULT,), "minutes": budget or minutes or MINUTES, "judgements": judgements}
     request = Request(vehicle, **asked, **plane(subproblem))
     try:

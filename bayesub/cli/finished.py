@@ -115,7 +115,6 @@ def predict(
     from bayesub.findings.verdicts import STATUS, in_words
     from bayesub.study.after.predict import PAGE, Request, predict_by_run
 
-    arguments.refuse_overwriting(output, run)
     if (current_north_mps, current_east_mps) != (None, None):
         asked["current_mps"] = (current_north_mps or 0.0, current_east_mps or 0.0)
     request = Request(run, manoeuvre, **asked, **plane(subproblem))
@@ -153,7 +152,6 @@ def update(run: Path, log: Path, output: Path, resume: bool, force: bool, pdf: b
     from bayesub.study.run.run import run as run_study
 
     arguments.refuse_several({"--resume": resume, "--force": force}, "--force")
-    arguments.refuse_overwriting(output, run)
     study = updated(run, log)
     try:
         with Bars() as bars:
@@ -219,7 +217,6 @@ def compare(runs: tuple[Path, ...], output: Path, **options: Any) -> None:
     from bayesub.study.after.compare import PAGE
     from bayesub.study.after.compare import compare as compare_runs
 
-    arguments.refuse_overwriting(output, *runs)
     with Bars() as bars:
         numbers = compare_runs(runs, output, **options, progress=bars)
     _tell(numbers, output / PAGE)

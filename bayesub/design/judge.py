@@ -21,6 +21,7 @@ from bayesub.model.manoeuvres import Manoeuvre
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.distributions import Prior
 from bayesub.problem.disturbances import UnknownDisturbance
+from bayesub.problem.joint import JointProblem
 from bayesub.problem.likelihoods import Normal, Rounded, SetMembership, UnknownSd
 from bayesub.problem.noise import Noise
 from bayesub.problem.priors import CoefficientPrior, relative_normal
@@ -97,6 +98,13 @@ class Judge:
         )  # fmt: skip
         return problem if readings is None else problem.with_readings(readings)
 
+    def parameters(self, problem: TrialProblem | JointProblem, xi: np.ndarray) -> np.ndarray:
+        """(n_params,) parameters of a problem with coefficients of a set (n_terms,), and what is expected of others."""
+        means = zip(problem.names, problem.prior.mean.tolist(), strict=True)
+        parameters = np.array([self.expected.get(name.partition("[")[0], mean) for name, mean in means])
+        parameters[: problem.n_coefficients] = xi[problem.columns]
+        return parameters
+
     def information(self, manoeuvre: Manoeuvre) -> list[Information]:
         """The expected information of a manoeuvre, at each of :attr:`sets`."""
         return Sensed(self, manoeuvre, self.step_s or self.accurate_step(manoeuvre)).information()
@@ -167,7 +175,7 @@ class Sensed:
         self._places = np.array([judge.names.index(name) for name in problem.names[: problem.n_coefficients]])
         self._jacobians = []  # (n_rows, n_params) derivatives of readings over their sds by parameters in prior sds
         for xi in judge.sets:
-            parameters = _at(problem, judge, xi)
+            parameters = judge.parameters(problem, xi)
             with np.errstate(invalid="ignore"):  # what an unknown noise learns of itself takes readings
                 self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
         self._fits = (
@@ -219,13 +227,13 @@ def _fits(judge: Judge, manoeuvre: Manoeuvre, step_s: float, xi: np.ndarray, ali
     assert judge.rival is not None
     rival = replace(judge.rival, sensors=judge.sensors, noise=judge.noise, expected=judge.expected)
     problem = judge.problem(manoeuvre, step_s)
-    true = _at(problem, judge, xi)
+    true = judge.parameters(problem, xi)
     readings, fits = problem.predicted(true[None])[0], []
     if not np.isfinite(readings).all():
         return None
     for one, own in ((judge, xi), (rival, alike)):
         fitted = one.problem(manoeuvre, step_s, readings)
-        start = _at(fitted, judge, own)
+        start = judge.parameters(fitted, own)
         try:
             values = gauss_newton(fitted, start).values
         except ValueError:
@@ -235,14 +243,6 @@ def _fits(judge: Judge, manoeuvre: Manoeuvre, step_s: float, xi: np.ndarray, ali
         residuals = fitted.residuals(values[None])[0]
         fits.append(_Fit(residuals[: len(readings)], jacobian[: len(readings)], standard))
     return fits
-
-
-def _at(problem: TrialProblem, judge: Judge, xi: np.ndarray) -> np.ndarray:
-    """(n_params,) parameters of a problem with coefficients of a set (n_terms,), and what a judge expects of others."""
-    means = zip(problem.names, problem.prior.mean.tolist(), strict=True)
-    parameters = np.array([judge.expected.get(name, mean) for name, mean in means])
-    parameters[: problem.n_coefficients] = xi[problem.columns]
-    return parameters
 
 
 def is_sound(gram: np.ndarray) -> bool:

@@ -17,6 +17,7 @@ from bayesub.design.search import Found
 from bayesub.design.worth import unlocking
 from bayesub.inference.identifiability import NullSpace, null_space
 from bayesub.io import templates
+from bayesub.io.atomic import finite
 from bayesub.io.errors import InputError
 from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.problem.joint import JointProblem
@@ -160,9 +161,7 @@ def structural(
 def _null_space(judge, manoeuvres) -> NullSpace:
     step = judge.step_s or judge.accurate_step(manoeuvres[0])
     problem = JointProblem({str(k): judge.problem(one, step) for k, one in enumerate(manoeuvres)})
-    at = problem.prior.mean.copy()
-    at[: problem.n_coefficients] = judge.vehicle.xi[problem.columns]
-    return null_space(problem, at)
+    return null_space(problem, judge.parameters(problem, judge.vehicle.xi))
 
 
 def numbers(design: DesignedTrial) -> dict:
@@ -232,7 +231,7 @@ def numbers(design: DesignedTrial) -> dict:
             for kind, one in design.searches.items()
         },
     }
-    return _finite(content)
+    return finite(content)
 
 
 def _orders(design: DesignedTrial) -> list[dict]:
@@ -270,15 +269,6 @@ def _coefficients(design) -> list[dict]:
         }
         for k, name in enumerate(after.names)
     ]
-
-
-def _finite(content):
-    """JSON has no infinite number: None instead."""
-    if isinstance(content, dict):
-        return {key: _finite(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_finite(value) for value in content]
-    return None if isinstance(content, float) and not np.isfinite(content) else content
 
 
 def sentence(design: DesignedTrial) -> str:

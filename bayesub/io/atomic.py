@@ -1,9 +1,11 @@
 """Files that are written whole or not at all, and folders that one process at a time works in."""
 
+import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import filelock
 
@@ -79,6 +81,17 @@ def remove(folder: Path, names: Iterable[str]) -> None:
         for above in [one for one in place.parents if folder in one.parents]:
             with suppress(OSError):
                 above.rmdir()
+
+
+def finite(content: Any, digits: int = 17) -> Any:
+    """JSON types with so many significant digits, and None, which is null, for numbers that JSON has not."""
+    if isinstance(content, dict):
+        return {key: finite(value, digits) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [finite(value, digits) for value in content]
+    if not isinstance(content, float):
+        return content
+    return float(f"{content:.{digits}g}") if math.isfinite(content) else None
 
 
 def write_text(path: Path, text: str) -> None:

@@ -74,6 +74,8 @@ class HeadingSection(_Servo):
             raise ValueError("waypoints_m, lookahead_m and acceptance_m go together")
         if (self.heading_deg is None) == (self.waypoints_m is None):
             raise ValueError("it needs heading_deg or waypoints_m, and not both")
+        if self.waypoints_m is not None and "time_s" in self.model_fields_set:
+            raise ValueError("time_s is of heading_deg, and waypoints_m are made for one after the other; leave it out")
 
     @property
     def _orders(self) -> tuple[float, ...] | None:

@@ -72,6 +72,16 @@ class RudderAndDepthSection(TimedSection):
     depth_m: tuple[float, ...]
 
 
+def _in_time(given, info: pydantic.ValidationInfo):
+    for when in given.time_s if isinstance(given, TimedSection) else [given]:
+        if when > (end := info.data.get("duration_s", np.inf)):
+            raise ValueError(f"an order at {when} s comes after the end, duration_s = {end:g}")
+    return given
+
+
+IN_TIME = pydantic.AfterValidator(_in_time)  # of times of orders, or tables that have them
+
+
 class ManoeuvreFile(Section):
     """What every manoeuvre file has. Times and lengths are those of the boat of the time scale, if there is one.
 
@@ -85,11 +95,6 @@ class ManoeuvreFile(Section):
     duration_s: float = pydantic.Field(gt=0, le=MAX_SAMPLES * SAMPLE_S)
     start_depth_m: float | None = None  # if left out, that of the vehicle's trials
     time_scale: TimeScaleSection | None = None
-
-    def _check(self) -> None:
-        for when in (getattr(self, "start_s", 0.0), *getattr(getattr(self, "demands", None), "time_s", ())):
-            if when > self.duration_s:
-                raise ValueError(f"an order at {when:g} s comes after the end, duration_s = {self.duration_s:g}")
 
     @property
     def n_samples(self) -> int:
@@ -134,7 +139,7 @@ class StepsFile(ManoeuvreFile):
     """Plane angles ordered in steps."""
 
     kind: Literal["steps"]
-    demands: StepsSection
+    demands: Annotated[StepsSection, IN_TIME]
 
     def orders(self, _vehicle: Vehicle) -> Orders:
         """The angles of the file."""
@@ -147,7 +152,7 @@ class RandomFile(ManoeuvreFile):
     """Random steps of rudder and stern planes (thesis section 8.2), uniform within limits that the planes can reach."""
 
     kind: Literal["random"]
-    start_s: float = pydantic.Field(ge=0)
+    start_s: Annotated[float, pydantic.Field(ge=0), IN_TIME]
     interval_s: float = pydantic.Field(ge=SAMPLE_S)
     rudder_limit_deg: float = pydantic.Field(ge=0, le=90)
     stern_plane_limit_deg: float = pydantic.Field(ge=0, le=90)
@@ -219,7 +224,7 @@ class ZigzagFile(ClosedLoopFile):
     angle_deg: float = pydantic.Field(gt=0, le=90)
     reversal_deg: float = pydantic.Field(gt=0, le=360)
     executes: int = pydantic.Field(ge=1, le=MAX_EXECUTES)
-    start_s: float = pydantic.Field(ge=0)
+    start_s: Annotated[float, pydantic.Field(ge=0), IN_TIME]
 
     def steer(self, flight: closed_loop.Flight) -> None:
         """Put the plane over again and again."""
@@ -245,7 +250,7 @@ class DepthControlFile(ClosedLoopFile):
 
     kind: Literal["depth_control"]
     autopilot: AutopilotSection
-    demands: RudderAndDepthSection
+    demands: Annotated[RudderAndDepthSection, IN_TIME]
 
     @property
     def fixed(self) -> Orders:

@@ -194,6 +194,9 @@ def test_what_it_cannot_steer_is_refused(suboff, pilot):
         steered(suboff, pilot()).run(suboff.xi, steering=Policy)
 
 
+PATH = {"waypoints_m": [[1.0, 2.0]], "lookahead_m": 10.0, "acceptance_m": 5.0}
+
+
 @pytest.mark.parametrize(
     ("changes", "key"),
     [
@@ -203,12 +206,13 @@ def test_what_it_cannot_steer_is_refused(suboff, pilot):
         ({"heading": HEADING | {"time_s": [5.0, 60.0]}}, "heading"),
         ({"heading": HEADING | {"time_s": [0.0]}}, "heading"),
         ({"heading": HEADING | {"lookahead_m": 10.0}}, "heading"),
-        ({"heading": HEADING | {"waypoints_m": [[1.0, 2.0]], "lookahead_m": 10.0, "acceptance_m": 5.0}}, "heading"),
+        ({"heading": HEADING | PATH}, "heading"),
         ({"heading": {k: v for k, v in HEADING.items() if k != "heading_deg"}}, "heading"),
         ({"heading": HEADING | {"rudder_per_heading": -1.0}}, "heading.rudder_per_heading"),
         ({"depth": DEPTH | {"pitch_limit_deg": 85.0}}, "depth.pitch_limit_deg"),
         ({"depth": DEPTH | {"gain": 1.0}}, "depth.gain"),
         ({"interval_s": 0.0}, "interval_s"),
+        ({"heading": {k: v for k, v in HEADING.items() if k != "heading_deg"} | PATH}, "heading"),
     ],
 )
 def test_a_file_that_is_wrong_is_one_line(pilot, changes, key):

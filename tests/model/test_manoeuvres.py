@@ -296,12 +296,26 @@ def test_bad_zigzag_files(tmp_path, suboff, old, new, kind, key):
 
 
 def test_unfinished_zigzag(tmp_path, suboff):
-    """A zig-zag that its time ends is cut there; one that does not start within it is refused."""
+    """A zig-zag that its time ends is cut there."""
     path = write(tmp_path, ZIGZAG.replace("60.0", "20.0"), "zigzag.toml")
     assert bs.load_manoeuvre(path, suboff).controls[-1, 0] == pytest.approx(np.radians(10.0), rel=1e-4)
-    late = write(tmp_path, ZIGZAG.replace("5.0", "90.0"), "zigzag.toml")
-    with refused("value", ""):
-        bs.load_manoeuvre(late, suboff)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "key"),
+    [
+        ("zigzag_20_20", r"start_s = .*", "start_s = 1e4", "start_s"),
+        ("random", r"start_s = .*", "start_s = 1e4", "start_s"),
+        ("turning_circle", r"duration_s = .*", "duration_s = 1.5", "demands"),
+        ("comparison", r"duration_s = .*", "duration_s = 1.5", "demands"),
+    ],
+)
+def test_an_order_after_the_end_is_refused(tmp_path, suboff, name, old, new, key):
+    """Of every kind: the time of a start, or any of those of demands."""
+    text = re.sub(old, new, toml_files.find(name, "manoeuvres").read_text())
+    assert new in text
+    with refused("value", key):
+        bs.load_manoeuvre(write(tmp_path, text, f"{name}.toml"), suboff)
 
 
 def test_a_vehicle_that_fails_in_closed_loop_says_so(suboff):

@@ -244,7 +244,8 @@ def sample_nuts(
 ) -> tuple[np.ndarray, dict]:
     """Draws (n_chains, n_draws, n_params) of NUTS, and what :func:`compare` asks for besides.
 
-    That is the divergent trajectories among them, gradients taken, and what all has cost.
+    That is the divergent trajectories among them, gradients taken, and what all has cost. KeyboardInterrupt for Ctrl-C,
+    which nutpie keeps to itself: of draws that it has not got there are none, or they are not numbers.
     """
     nutpie = require_nutpie()
     costs, began = problem.costs, time.perf_counter()
@@ -278,18 +279,15 @@ def sample_nuts(
     model = nutpie.compiled_pyfunc.from_pyfunc(
         n, lambda: log_prob, lambda *_: draw, [np.dtype(float)], [(n,)], ["parameters"], make_initial_point_fn=start
     )
-    trace = nutpie.sample(
-        model,
-        draws=n_draws,
-        tune=n_tune,
-        chains=n_chains,
-        cores=1,
-        seed=int(rng.integers(2**31)),
-        step_size_adapt_method=str(_STEP),
-        maxdepth=_DOUBLINGS,
-        progress_bar=False,
-    )
+    options = {"chains": n_chains, "cores": 1, "step_size_adapt_method": str(_STEP), "maxdepth": _DOUBLINGS}
+    options |= {"seed": int(rng.integers(2**31)), "progress_bar": False}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # ArviZ finds fault with what Ctrl-C leaves
+        trace = nutpie.sample(model, draws=n_draws, tune=n_tune, **options)
+    draws = np.asarray(trace.posterior["parameters"].values)
+    if draws.shape[1] < n_draws or np.isnan(draws).any():
+        raise KeyboardInterrupt
     spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
     divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
     result = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
-    return np.asarray(trace.posterior["parameters"].values), result
+    return draws, result

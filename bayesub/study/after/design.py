@@ -294,10 +294,10 @@ def design(
         text = f"--minutes must be between 0.1 and 10000, found {request.minutes:g}"
         raise InputError(text, "value", "--minutes")
     question, asked = pose(request), request.config()
-    for key in ("goal", "sensors", "limits", "prior"):
-        progress.remark(f"{key}: {question.words[key]}")
     opened = open_folder(folder, asked, copies(request.files, asked["files_sha256"]), resume=resume, force=force)
     with opened as config, interruptions(folder):
+        for key in ("goal", "sensors", "limits", "prior"):
+            progress.remark(f"{key}: {question.words[key]}")
         (folder / COSTS).mkdir(exist_ok=True)
         judged = (question.judge, question.range, question.families, question.goal)
         asked_of = (request.trials, request.seed, folder / COSTS, request.robust)

@@ -19,7 +19,7 @@ from bayesub.study.provenance import COMPUTED, copy_name
 from bayesub.study.run import script
 from bayesub.study.run.infer import DERIVED, ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
 from bayesub.study.run.prepare import Setup, prepare
-from bayesub.study.run.result import NUMBERS, StudyResult, load_result
+from bayesub.study.run.result import AGAIN, NUMBERS, StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
 from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
@@ -91,7 +91,7 @@ class FinishedRun:
         setup = prepare(study)
         if setup.problem.names != self.posterior.names:
             what = f"{self.folder}: was made by a version of bayesub that posed another problem of the same study"
-            raise InputError(f"{what}; run the study again", "state")
+            raise InputError(f"{what}; {AGAIN}", "state")
         return setup
 
 
@@ -105,11 +105,11 @@ def finished_run(folder: str | Path) -> FinishedRun:
     if "script_sha256" in config:
         raise InputError(f"{folder}: is the run of a script; give that of a study in TOML", "state")
     if "sources_sha256" not in config:
-        raise InputError(f"{folder}: {CONFIG} has no sources_sha256; run its study again", "state")
+        raise InputError(f"{folder}: {CONFIG} has no sources_sha256; {AGAIN}", "state")
     if (result := load_result(folder)) is None:
         raise InputError(f"{folder}: the run has not finished; continue it with --resume", "state")
     if not (folder / POSTERIOR).exists():
-        raise InputError(f"{folder}: {POSTERIOR} is missing; run the study again", "state", POSTERIOR)
+        raise InputError(f"{folder}: {POSTERIOR} is missing; {AGAIN}", "state", POSTERIOR)
     posterior = posterior_file.load(folder / POSTERIOR)
     estimates = saved_estimates(folder)
     with error_source(str(folder)):
@@ -142,7 +142,7 @@ def saved_study(folder: Path, config: dict) -> Study:
         copy = folder / copy_name(name, digest)
         places[name] = copy if "sources_sha256" in config else Path(name)
         if file_digest(places[name]) != digest:
-            raise InputError(f"{folder}: {places[name]} has changed since the run; run the study again", "state")
+            raise InputError(f"{folder}: {places[name]} has changed since the run; {AGAIN}", "state")
     return study.located(source, places, quick=config["quick_run"])
 
 
@@ -186,7 +186,7 @@ def _redraw(folder: Path, config: dict, context: RunContext, *, run_code: bool) 
     if not (folder / POSTERIOR).exists():
         what = f"{folder}: {POSTERIOR} is missing: without the draws neither figures nor report can be drawn again"
         what += " (numbers.json and the figures that are there are those of the run)"
-        raise InputError(f"{what}; run the study again to have them", "state", POSTERIOR)
+        raise InputError(f"{what}; {AGAIN} to have them", "state", POSTERIOR)
     load_result(folder)  # refuses what is not the posterior of the result
     study = saved_study(folder, config)
     posterior, estimates = posterior_file.load(folder / POSTERIOR), saved_estimates(folder)

@@ -117,7 +117,8 @@ def open_answer(folder: Path, page: str, config: dict, copied: dict[str, Path], 
     stopped = saved is not None and bool(ANSWERS & saved.keys() & config.keys()) and not (folder / page).exists()
     if saved is not None and not (force or stopped):
         raise InputError(f"{folder}: already holds a run; use --force to replace it, or another -o", "state")
-    with open_folder(folder, config, copied, force=force or stopped), interruptible():
+    read = map(Path, config["files_sha256"])
+    with open_folder(folder, config, copied, read=read, force=force or stopped), interruptible():
         yield
 
 

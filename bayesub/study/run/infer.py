@@ -38,7 +38,7 @@ from bayesub.sensors import QUANTITIES
 from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.prescribed import prescription
-from bayesub.study.run.result import RESULT, SUGGESTED, StudyResult
+from bayesub.study.run.result import AGAIN, RESULT, SUGGESTED, StudyResult
 from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
 from bayesub.study.schema.study_file import Study
 from bayesub.study.sources import file_digest
@@ -79,8 +79,6 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     if cross_check:
         progress.stage("cross-check with NUTS")
         check = compare_with_nuts(problem, posterior, rng=setup.generator(seeds.CROSS_CHECK), progress=progress)
-        if np.isnan(check.means).any():  # nutpie keeps Ctrl-C to itself, and fills up the draws that it has not got
-            raise KeyboardInterrupt
         write_text(folder / CROSS_CHECK, json.dumps(check.to_json(), indent=1))
     if leave_out:
         from bayesub.study.run import leave_out as others
@@ -206,7 +204,7 @@ def read_back(file: Path, made: Callable[[Any], T]) -> T:
         return made(json.loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         state = f"damaged ({error})" if file.exists() else "missing"
-        text = f"{file.parent}: {file.name} is {state}; run the study again with --force"
+        text = f"{file.parent}: {file.name} is {state}; {AGAIN}"
         raise InputError(text, "format", file.name) from None
 
 

@@ -12,6 +12,7 @@ from bayesub.study.sources import file_digest
 
 RESULT, NUMBERS = "outcome.json", "numbers.json"
 SUGGESTED = "suggested.toml"  # the study with what its residuals ask for
+AGAIN = "run the study again with --force"  # the remedy for a run that is not whole any more
 _OF_OLD = "converged"  # verdict of version 0.2, which did not look at the fit
 
 
@@ -94,6 +95,6 @@ def load_result(folder: Path) -> StudyResult | None:
         raise InputError(text, "format", RESULT) from None
     for name, digest in digests.items():
         if (folder / name).exists() and file_digest(folder / name) != digest:
-            text = f"{folder}: {name} is damaged or was changed since the run; run the study again"
+            text = f"{folder}: {name} is damaged or was changed since the run; {AGAIN}"
             raise InputError(text, "format", name)
     return result

@@ -102,8 +102,9 @@ def run(
     if isinstance(study, str | Path):
         study = read(study)
     work = _work(study, cross_check, leave_out)  # bad input shows before a folder is made
+    source = Path(study.source) if isinstance(study, Study) else study.path
     options = {"resume": resume, "force": force, "keep_stale": keep_stale}
-    with open_folder(folder, study.config(), study.copies(), **options), interruptions(folder):
+    with open_folder(folder, study.config(), study.copies(), read=[source], **options), interruptions(folder):
         for file in (RESULT, TRACEBACK):
             (folder / file).unlink(missing_ok=True)
         clock = TimedProgress(folder, progress)

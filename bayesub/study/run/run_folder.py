@@ -3,7 +3,7 @@
 import json
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -50,6 +50,7 @@ def open_folder(
     config: dict,
     copies: dict[str, Path] | None = None,
     *,
+    read: Iterable[Path] = (),
     resume: bool = False,
     force: bool = False,
     keep_stale: bool = False,
@@ -64,9 +65,13 @@ def open_folder(
     `keep_stale` a run is resumed although sources or versions differ; ``config.toml`` keeps those by which it was
     begun, and the time, so that it stays stale.
 
-    InputError for a run that cannot be resumed, with the first difference, and for a folder that is not free.
+    InputError for a run that cannot be resumed, with the first difference, or that is copied from or `read`, and for a
+    folder that is not free.
     """
     saved = saved_config(folder)
+    lost = {(folder / name).resolve() for name in (_written(folder, saved) if saved and not resume else ())}
+    if lost.intersection(path.resolve() for path in (*read, *(copies or {}).values())):
+        raise InputError(f"{folder}: is what is read; choose another with -o", "conflict", "-o")
     if resume:
         config = _resumed(folder, saved, config, keep_stale)
     elif saved is not None and not force:

@@ -31,16 +31,15 @@ from bayesub.campaign.campaign import Files, Lines, as_json, complete, write_arr
 from bayesub.campaign.executors import Executor, is_remote
 from bayesub.findings.verdicts import CLAIM_FAILED, CLAIM_HOLDS, SKIPPED
 from bayesub.io import toml_files
-from bayesub.io.atomic import write_text
+from bayesub.io.atomic import finite, write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.study import sources
 from bayesub.study.provenance import environment
 from bayesub.study.run import script_page
-from bayesub.study.run.result import StudyResult
+from bayesub.study.run.result import AGAIN, NUMBERS, StudyResult
 from bayesub.study.run.run_folder import RunContext
 
-NUMBERS = "numbers.json"
 FUNCTIONS = ("compute", "draw", "claims")
 _OF_RUNS = ("numbers", "outcome", "seconds")  # files of every run, which a script does not write itself
 
@@ -172,7 +171,7 @@ class ScriptRun:
         file = self.folder / f"{name}.npz"
         file = file if file.exists() else file.with_stem(_file_of(name))
         if not file.exists():
-            text = f"{file}: is missing, and figures that need it cannot be drawn; run the study again"
+            text = f"{file}: is missing, and figures that need it cannot be drawn; {AGAIN}"
             raise MissingArrays(text, "state", file.name)
         with np.load(file) as arrays:
             return dict(arrays)
@@ -227,7 +226,7 @@ def run(script: Script, context: RunContext) -> StudyResult:
     module = load(script.path)
     with chdir(Path.cwd()):
         found = module.compute(study)
-    text = as_json(_shortened(found), "compute()")
+    text = as_json(finite(found, 9), "compute()")  # half the size, and more than any figure or claim needs
     write_text(context.folder / NUMBERS, text)
     context.progress.stage("figures")
     return _conclude(module, study, json.loads(text), script.question, script.config())
@@ -244,7 +243,7 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
         saved = {str(path): config["script_sha256"]} | config.get("files_sha256", {})
         for name, now in ({str(path): digest} | files).items():
             if saved.get(name) != now:
-                text = f"{name}: has changed since the run; run the study again, or name a script with --study"
+                text = f"{name}: has changed since the run; {AGAIN}, or name a script with --study"
                 raise InputError(text, "state", "--study")
     numbers_file = folder / NUMBERS
     if not numbers_file.exists():
@@ -253,7 +252,7 @@ def redraw(folder: Path, config: dict, path: Path | None, *, pdf: bool = False) 
     try:
         numbers = json.loads(toml_files.read_text(numbers_file))
     except ValueError as error:
-        raise InputError(f"{numbers_file}: is damaged ({error}); run the study again", "format", NUMBERS) from None
+        raise InputError(f"{numbers_file}: is damaged ({error}); {AGAIN}", "format", NUMBERS) from None
     study = ScriptRun(config["name"], folder, quick=config["quick_run"], formats=RunContext(folder, pdf).formats)
     return _conclude(load(path), study, numbers, question(path, functions=FUNCTIONS), config)
 
@@ -285,12 +284,3 @@ def _conclude(module: ModuleType, study: ScriptRun, numbers: dict, question: str
     listed = failed if len(failed) > 1 else ()
     verdict = CLAIM_FAILED if failed else CLAIM_HOLDS
     return StudyResult(study.name, question, verdict, str(study.folder), text=text, shortcomings=listed)
-
-
-def _shortened(content):
-    """The same with nine significant digits: half the size, and more than any figure or claim needs."""
-    if isinstance(content, dict):
-        return {key: _shortened(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_shortened(value) for value in content]
-    return float(f"{content:.9g}") if isinstance(content, float) else content

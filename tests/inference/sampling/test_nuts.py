@@ -1,5 +1,6 @@
 """The second sampler: it agrees on a known posterior, and sees a planted disagreement."""
 
+import signal
 import sys
 from dataclasses import replace
 
@@ -184,6 +185,32 @@ def test_jumps_that_no_gradient_shows_do_not_stop_nuts():
         assert np.abs(z).max() < 4.0  # 3 is passed by chance once in 25
     assert counts["gradients"] < 20 * 2400
     assert counts["divergences"] == 0
+
+
+class Stopped(Linear):
+    """A standard normal whose user presses Ctrl-C at one of the gradients that NUTS takes of it."""
+
+    gradients = 0
+
+    def __init__(self, at):
+        super().__init__(np.eye(3), np.zeros(3), Normal(np.zeros(3), np.ones(3)))
+        self.at = at
+
+    def jacobian(self, parameters):
+        self.gradients += 1
+        if self.gradients == self.at:
+            signal.raise_signal(signal.SIGINT)
+        return super().jacobian(parameters)
+
+
+@pytest.mark.parametrize("at", [200, 3000], ids=["tuning", "drawing"])
+def test_ctrl_c_ends_nuts_with_no_draws(at):
+    """nutpie hands over what it has got, and the rest is not numbers: no moments of them are those of the posterior."""
+    _nutpie_or_skip()
+    problem = Stopped(at)
+    with pytest.raises(KeyboardInterrupt):
+        module.sample_nuts(problem, rng=np.random.default_rng(3), n_draws=100_000, n_tune=100, n_chains=2)
+    assert at <= problem.gradients < 400_000
 
 
 def _nutpie_or_skip():

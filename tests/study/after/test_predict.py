@@ -16,10 +16,16 @@ from bayesub.findings.verdicts import STATUS, in_words
 from bayesub.model.autopilot import SteeredSimulator, load_autopilot
 from bayesub.model.simulator import Simulator
 from bayesub.report import page
+from bayesub.study.after import design
+from bayesub.study.after.compare import compare
 from bayesub.study.after.finished_run import finished_run
-from bayesub.study.after.predict import Request, _flown
+from bayesub.study.after.predict import Request, _flown, predict_by_run
+from bayesub.study.after.update import updated
+from bayesub.study.run.infer import suggest
 from bayesub.study.run.prepare import prepare
+from bayesub.study.run.run import run as run_study
 from bayesub.study.run.run_folder import open_folder
+from bayesub.study.schema.study_file import load_study
 from bayesub.study.sources import file_digest
 
 TRACK = small_study.track(attitude_sd_deg=0.2, interval_s=1.0)
@@ -390,4 +396,23 @@ def test_a_run_that_is_read_is_not_replaced(run, log, tmp_path, bayesub, command
     status, out, err = bayesub(command, first, *(named.get(o, o) for o in options), "-o", folder, "--force")
     assert (status, out, err.count("\n")) == (2, "", 1)
     refusals.check(bayesub.error, "conflict", "-o")
+    assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == kept
+
+
+@pytest.mark.parametrize("name", ["predict", "compare", "update", "design", "suggested"])
+def test_functions_replace_no_run_that_they_read(run, log, tmp_path, name):
+    """As the commands; nor does a study that lies among what it would replace."""
+    folder, other = (shutil.copytree(run, tmp_path / one) for one in ("one", "two"))
+    study = load_study(small_study.write(tmp_path / "tiny.toml", **small_study.TINY))
+    suggested = suggest(study, "[sampler]\nmax_misfit = 9.0\n", folder)
+    kept = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+    tasks = {
+        "predict": lambda: predict_by_run(Request(folder, "zigzag_10_10"), folder, force=True),
+        "compare": lambda: compare([other, folder], folder, force=True),
+        "update": lambda: run_study(updated(folder, log()), folder, force=True),
+        "design": lambda: design.design(design.Request("auv690", after=folder), folder, force=True),
+        "suggested": lambda: run_study(suggested, folder, force=True),
+    }
+    with refusals.refused("conflict", "-o"):
+        tasks[name]()
     assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == kept

@@ -81,3 +81,28 @@ def test_a_study_without_its_data_is_skipped(bayesub, tmp_path):
     assert (status, out.splitlines()[-1]) == (0, "SKIPPED: DATA does not name a folder")
     status, out, _ = bayesub("report", tmp_path / "run", "--run-code")
     assert (status, out.splitlines()[-1]) == (0, "SKIPPED: DATA does not name a folder")
+
+
+UNKNOWN = '''"""Is a number that is none written as one?
+
+Claim: no.
+"""
+
+def compute(run):
+    return {"off_m": [float("nan"), 1.0, -float("inf")]}
+
+def draw(run, numbers):
+    run.page([str(numbers["off_m"])])
+
+def claims(numbers):
+    yield numbers["off_m"] == [None, 1.0, None], f"{numbers['off_m']}"
+'''
+
+
+def test_what_is_not_finite_is_null(bayesub, tmp_path):
+    """Other programs read no NaN in JSON; figures and claims get what they get when the run is drawn again."""
+    (tmp_path / "unknown.py").write_text(UNKNOWN)
+    status, out, err = bayesub("run", tmp_path / "unknown.py", "-o", tmp_path / "run")
+    assert status == 0, (out, err)
+    assert (tmp_path / "run" / "numbers.json").read_text() == '{"off_m": [null, 1.0, null]}'
+    assert bayesub("report", tmp_path / "run", "--run-code")[0] == 0
