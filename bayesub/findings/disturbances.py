@@ -1,7 +1,5 @@
 """What a posterior says of unmodelled forces: their histories beside the forces of the hull, in numbers and words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -44,12 +42,6 @@ class InferredForces:
     # velocity of the boat in the water to the same side, m/s
     hull: np.ndarray
     turning: np.ndarray  # (n_fine,), whether the boat turns faster than half of the time
-
-    @property
-    def posterior_over_prior(self) -> np.ndarray:
-        """(n_axes,) sd of the histories: one where the readings say nothing about them."""
-        prior = np.mean(np.sum(self.factors**2, axis=2), axis=1)
-        return np.sqrt(np.mean(self.draws.var(axis=0), axis=1) / prior)
 
     def unevenness(self, axis: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Rms while turning over rms elsewhere, of draws (n_draws,) from the posterior and of random histories (n,)."""
@@ -161,7 +153,9 @@ def _of_process(problem, draws, name, given, scale) -> dict:
 def _axes(forces: InferredForces) -> list[dict]:
     rng, rows = np.random.default_rng(0), []
     of_hull = np.sqrt(np.mean(forces.hull**2, axis=1))
-    columns = zip(forces.axes, of_hull.tolist(), forces.posterior_over_prior.tolist(), strict=True)
+    prior = np.mean(np.sum(forces.factors**2, axis=2), axis=1)
+    contractions = np.sqrt(np.mean(forces.draws.var(axis=0), axis=1) / prior)  # one if readings say nothing of them
+    columns = zip(forces.axes, of_hull.tolist(), contractions.tolist(), strict=True)
     for k, (axis, hull, contraction) in enumerate(columns):
         sizes, suffix = rms(forces.draws[:, k]), _suffix(axis)
         row: dict = {"axis": axis, f"rms_{suffix}": _quantiles(sizes)}

@@ -1,7 +1,5 @@
 """What was done, for the box at the top of a report: boat, manoeuvre, sensors, prior, equations, disturbances."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np

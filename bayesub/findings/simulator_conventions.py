@@ -10,10 +10,11 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import metadata
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from bayesub.design.knowledge import Knowledge
 from bayesub.io import templates
 from bayesub.io.errors import InputError, printable
 from bayesub.io.words import listed, matlab
@@ -35,21 +36,13 @@ Row = dict[str, Any]  # a term: its name under "from", regressor and scale, its 
 Losses = dict[str, list[float]]  # name of a term -> how far the boat is from its track without it; "" without all
 
 
-class Known(Protocol):
-    """What is known of coefficients, n of them."""
-
-    names: tuple[str, ...]
-    mean: np.ndarray
-    sd: np.ndarray
-
-
 class Boat:
     """The numbers of a boat with means and sds of its coefficients, and which terms a template has taken.
 
     `known`: of some coefficients; the others have the values of the vehicle. `lost`: their :func:`losses`.
     """
 
-    def __init__(self, vehicle: Vehicle, known: Known, lost: Losses | None = None):
+    def __init__(self, vehicle: Vehicle, known: Knowledge, lost: Losses | None = None):
         self.vehicle, self.equations, self.lost = vehicle, vehicle.equations, lost or {}
         self.xi, self.sd = vehicle.xi.copy(), vehicle.sd.copy()
         places = self.equations.columns(known.names)

@@ -34,7 +34,7 @@ STRAY_LENGTHS = 0.1  # depth, in ship lengths
 GROWTH = 1e-3  # per ship length: round-off and motions that neither grow nor decay stay below
 DIAMETERS = (1.0, 20.0)  # of turning circles with 15 degrees of rudder, ship lengths
 
-STEP = 0.02  # integration step in ship lengths travelled; a flight that fails is repeated with a tenth of it
+STEP = 0.02  # integration step in ship lengths travelled; a flight that fails, as by its step, is repeated with a tenth
 LONGEST_S = 1e9  # for a ship length; beyond it nothing is flown
 Y, U, V, R = positions("y", "u", "v", "r")
 VELOCITY = positions("u", "v", "w")
@@ -44,14 +44,10 @@ THRUST = {"du", "uc", "duc"}  # those by which terms of an equation set balance 
 
 
 def fly(vehicle: Vehicle, lengths: float, orders: dict[str, float], subproblem: str | None) -> Trajectory | None:
-    """The vehicle from straight flight, planes ordered over at once.
+    """The vehicle from straight flight at its trial speed so many ship lengths on, planes ordered over at once.
 
-    A flight that fails is repeated with a tenth of the step, since it may be the step that failed.
-
-    `vehicle`: at its trial speed; `lengths`: how far, in ship lengths travelled at that speed; `orders`: column of a
-    control -> SI units; `subproblem`: plane to which the motion is confined.
-
-    None if a ship length takes so long or short that times or steps are no numbers.
+    `orders`: column of a control -> SI units; `subproblem`: plane to which the motion is confined. None if a ship
+    length takes so long or short that times or steps are no numbers.
     """
     scale = np.float64(vehicle.length_m) / vehicle.speed_mps
     rpm = np.float64(vehicle.rpm_per_mps) * vehicle.speed_mps

@@ -1,6 +1,5 @@
 """The cards of ``bayesub check`` that are a page of figures: those of a vehicle, and of the data of a study."""
 
-from functools import singledispatch
 from itertools import cycle
 
 import numpy as np
@@ -20,19 +19,12 @@ _MARKERS = "s^oDv<>p"  # of built-in vehicles, in the order of their names and o
 _COLOURS = (style.SQP, style.LINEAR, style.POSTERIOR, style.WEAK, style.READINGS, style.NULL)
 
 
-@singledispatch
-def draw(card: object, path: Paths) -> None:  # noqa: ARG001
-    """Draw a card; TypeError for one that is in words only."""
-    raise TypeError(f"a {type(card).__name__} is in words only")
+def draw(card: VehicleCard | DataCard, path: Paths) -> None:
+    """Draw a card; others are in words only."""
+    (_draw_vehicle if isinstance(card, VehicleCard) else _draw_data)(card, path)
 
 
-def is_drawn(card: object) -> bool:
-    """Whether a card, or what stands for none, is of a kind that :func:`draw` knows."""
-    return draw.dispatch(type(card)) is not draw.dispatch(object)
-
-
-@draw.register
-def _(card: VehicleCard, path: Paths) -> None:
+def _draw_vehicle(card, path):
     boat = card.vehicle
     with style.figure(path, 11.7, 8.3) as figure:
         flights, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.0, 1.55])[:, 0]
@@ -165,8 +157,7 @@ def _draw_coefficients(figure, card):
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=6, fontsize=8)
 
 
-@draw.register
-def _(card: DataCard, path: Paths) -> None:
+def _draw_data(card, path):
     n_rows, n_params = len(card.channels) + 1, len(card.names)
     width, row = max(11.7, 0.21 * n_params + 4.0), 0.27 * n_rows
     with style.figure(path, width, 2 * row + 3.2) as figure:

@@ -21,7 +21,6 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of intervals
 PRIOR_EDGES = (0.05, 0.95)  # of the band of the prior
 ROWS = 45  # that can be read below each other
 VISIBLE = 0.015  # of the axis; of boxes that are narrower the median is drawn and not left white
-PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 RUNS = (style.POSTERIOR, style.SQP, style.LINEAR, style.NULL, style.WEAK, style.READINGS, style.TRUTH)  # their colours
 BEST, LEAST = 8, 4  # coefficients of the first screen, by how much narrower they became
 _SPAN = 0.8  # of a row that its runs share
@@ -70,12 +69,6 @@ def ratios(values: Any, reference: np.ndarray, prior: Prior) -> np.ndarray:
     values = np.asarray(values)[..., :n]
     absent = reference == 0.0
     return np.where(absent, 1.0 + values / prior.sd[:n], values / np.where(absent, 1.0, reference))
-
-
-def prior_density(quantiles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places and density of a prior from its quantiles at PRIOR_PROBABILITIES."""
-    quantiles = np.sort(quantiles)
-    return 0.5 * (quantiles[1:] + quantiles[:-1]), np.diff(PRIOR_PROBABILITIES) / np.diff(quantiles)
 
 
 def star(names: Sequence[str], reference: np.ndarray, equations: Equations) -> list[str]:

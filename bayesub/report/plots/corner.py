@@ -23,12 +23,13 @@ from scipy import ndimage, special
 
 from bayesub.io.words import uncertain
 from bayesub.report.plots import style
-from bayesub.report.plots.coefficients import PRIOR_PROBABILITIES, Found, found_handles, prior_density, ratios, star
+from bayesub.report.plots.coefficients import Found, found_handles, ratios, star
 from bayesub.report.plots.style import Equations, Paths, Prior
 
 if TYPE_CHECKING:  # they load a sampler
     from bayesub.inference.sampling import Posterior
 
+PRIOR_PROBABILITIES = np.linspace(0.001, 0.999, 400)
 PARAMETERS = 8  # of a corner
 TRADING = 0.3  # correlation from which a coefficient is in a corner, and a pair in the strip
 PAIRS = 10  # of the strip
@@ -297,7 +298,8 @@ def _draw_marginals(axis, draws, quantiles) -> None:
         counts, edges = np.histogram(values, _BINS, (0.0, 1.0), density=True)
         heights = ndimage.gaussian_filter1d(counts, 1.2)
         middles = 0.5 * (edges[1:] + edges[:-1])
-        places, density = prior_density(prior)
+        ends = np.sort(prior)
+        places, density = 0.5 * (ends[1:] + ends[:-1]), np.diff(PRIOR_PROBABILITIES) / np.diff(ends)
         inside = (places > 0.0) & (places < 1.0)
         scale, bottom = 0.8 * SIDE / max(heights.max(), density[inside].max(initial=0.0)), k + SIDE
         look = {"fc": _PALE, "ec": style.POSTERIOR, "lw": 1.0}

@@ -59,7 +59,12 @@ def compare(
         place = runs[0].study.path(name)
     files = {name: Path(place)} if toml_files.is_path(name) else {}
     labels, source = _labels(folders), str(next(iter(files.values()), name))
-    posed = [_posed(run, source) for run in runs]
+    posed: list[PosedTrial | InputError] = []  # or why it does not fit
+    for run in runs:
+        try:
+            posed.append(pose(run, Request(run.folder, source)))
+        except InputError as error:
+            posed.append(error)
     refusals = [one for one in posed if isinstance(one, InputError)]
     if manoeuvre is not None and len(refusals) == len(runs):
         raise refusals[0]
@@ -87,14 +92,6 @@ def _labels(folders: Sequence[Path]) -> list[str]:
         if len(set(labels)) == len(labels):
             return labels
     raise InputError(f"{folders[0]}: is given twice; a run is not compared with itself", "conflict", "runs")
-
-
-def _posed(run: FinishedRun, manoeuvre: str) -> PosedTrial | InputError:
-    """The manoeuvre posed to a run, or why it does not fit."""
-    try:
-        return pose(run, Request(run.folder, manoeuvre))
-    except InputError as error:
-        return error
 
 
 def _compared(label: str, run: FinishedRun, posed: PosedTrial | InputError, draws: int, seed: int) -> ComparedRun:

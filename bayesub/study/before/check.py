@@ -4,6 +4,7 @@ What a file needs to be validated is imported when a file of its kind turns up, 
 not fly shows at once.
 """
 
+import math
 import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -33,7 +34,7 @@ def draw_card(cards: "Iterable[Card | None]", path: Path) -> None:
     """Draw the card of the one vehicle or study among those of files; InputError if there is none, or more."""
     from bayesub.report.plots import cards as drawn  # here, since it imports matplotlib
 
-    chosen = [card for card in cards if drawn.is_drawn(card)]
+    chosen = [card for card in cards if isinstance(card, drawn.VehicleCard | drawn.DataCard)]
     if len(chosen) != 1:
         text = f"--card draws one vehicle or study, found {len(chosen)} among the files"
         raise InputError(text, "conflict", "--card")
@@ -275,9 +276,7 @@ def _disturbance(problem) -> str:
 
 
 def _failure(problem, centre) -> str:
-    import numpy as np
-
-    if np.isfinite(problem.log_likelihood(centre)[0]):
+    if math.isfinite(problem.log_likelihood(centre)[0]):
         return ""
     status = problem.trajectory(centre).status[0]
     why = "the readings are impossible" if status == "ok" else f"the boat {status.replace('_', ' ')}"
