@@ -4,6 +4,7 @@ import json
 import math
 import re
 import sys
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -232,7 +233,10 @@ def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
     shown: dict[str, list[tuple[str, ...]]] = {
         f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}": [
             ("batch", "ms", "us a simulation", "simulations/s", "MB"),
-            *(_batch(b["size"], b["seconds"], b["bytes"]) for b in numbers["batches"]),
+            *(
+                (f"{size}", f"{1e3 * s:.3g}", f"{1e6 * s / size:.1f}", f"{size / s:,.0f}", f"{n_bytes / 1e6:.2f}")
+                for size, s, n_bytes in map(itemgetter("size", "seconds", "bytes"), numbers["batches"])
+            ),
         ],
         "Exact sensitivities": [
             ("coefficients", "threads", "ms a Jacobian", "in simulations"),
@@ -256,11 +260,6 @@ def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
     for title, heads, seconds in ((*titles[key], numbers[key]) for key in titles if key in numbers):
         shown[title] = [heads, *((name, f"{taken:.2f}") for name, taken in seconds.items())]
     return shown
-
-
-def _batch(size: int, seconds: float, n_bytes: int) -> tuple[str, ...]:
-    each = (f"{1e3 * seconds:.3g}", f"{1e6 * seconds / size:.1f}", f"{size / seconds:,.0f}", f"{n_bytes / 1e6:.2f}")
-    return str(size), *each
 
 
 def _timed(row: dict[str, Any], ratio: str) -> tuple[str, str, str]:

@@ -9,8 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from bayesub.findings import set_up
-from bayesub.findings.set_up import AnyProblem
+from bayesub.findings.set_up import AnyProblem, noise_sds
 from bayesub.inference.checks.discrepancy import Discrepancy, find_discrepancies
 from bayesub.inference.checks.fit import OUTLIER, Criticism, criticise, expected_outliers
 from bayesub.inference.interface import SMOOTH
@@ -209,7 +208,7 @@ def lines_to_add(explanation: Discrepancy, problem: AnyProblem, mode: np.ndarray
 
     Sections that the study has already are to be joined with them.
     """
-    sizes, sds = explanation.sizes, set_up.noise_sds(problem, mode)
+    sizes, sds = explanation.sizes, noise_sds(problem, mode)
     noises: dict[str, tuple[float, float]] = {}
     if explanation.kind == "current":  # both components that are not inferred yet, with the size of either
         sizes = {name: size for size in sizes.values() for name in CURRENTS if name not in problem.names}

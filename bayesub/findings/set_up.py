@@ -151,15 +151,13 @@ def _prior(spread: CoefficientPrior, problem) -> str:
 
 def _spread(spread: CoefficientPrior) -> str:
     assert isinstance(spread, Spread)  # the other kind is given one by one
-    size = f"{100.0 * spread.spread:.3g} %"
-    if spread.kind == "uniform":
-        return f"uniform within {size}"
-    if spread.kind == "log-normal":
-        return f"log-normal with an sd of {size}"
-    if spread.kind == "hierarchical":
-        each = "for each axis" if spread.by_axis else "for all"
-        return f"log-normal with an unknown sd near {size}, one {each},"
-    return f"normal with an sd of {size}"
+    size, each = f"{100.0 * spread.spread:.3g} %", "for each axis" if spread.by_axis else "for all"
+    kinds = {
+        "uniform": f"uniform within {size}",
+        "log-normal": f"log-normal with an sd of {size}",
+        "hierarchical": f"log-normal with an unknown sd near {size}, one {each},",
+    }
+    return kinds.get(spread.kind, f"normal with an sd of {size}")
 
 
 def _distribution(prior: Prior) -> str:

@@ -11,8 +11,7 @@ import numpy as np
 from bayesub.findings.coefficient_examinations import Examination, number_or_none
 from bayesub.findings.zeros import STEADY
 from bayesub.io.words import listed
-from bayesub.logs import log_files
-from bayesub.logs.log_files import VELOCITIES, positions
+from bayesub.logs.log_files import STATES, VELOCITIES, positions
 from bayesub.model.boats import Boats
 from bayesub.model.equations import AXES
 from bayesub.model.linear_motion import motion_matrix, regressor_slopes, regressors, stability_index, straight
@@ -235,14 +234,14 @@ def straight_flight(boat: Vehicle) -> Examination:
     found, states = _flight(boat, STRAIGHT, {}, None, "straight_flight", "straight", "straight flight")
     if states is None:
         return found
-    end, z = states[-1], log_files.STATES.index("z")
+    end, z = states[-1], STATES.index("z")
     ratio = number_or_none(np.linalg.norm(end[VELOCITY]) / boat.speed_mps)
     strays, angles, planar = {}, {"heading": "psi"}, boat.equations.degrees_of_freedom == 3
     if not planar:
         strays["depth_change_lengths"] = number_or_none((end[z] - states[0, z]) / boat.length_m)
         angles = {"roll": "phi", "pitch": "theta"} | angles
     for name, state in angles.items():
-        strays[f"{name}_deg"] = number_or_none(np.degrees(end[log_files.STATES.index(state)]))
+        strays[f"{name}_deg"] = number_or_none(np.degrees(end[STATES.index(state)]))
     own = _thrust_terms(boat) if "thrust_over_drag" in balance(boat).skipped else []
     if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
         found.warn(
@@ -369,7 +368,7 @@ def dive(boat: Vehicle) -> Examination:
     straight = fly(boat, DIVE, {}, "vertical")
     assert straight is not None  # as the flight above
     still = straight.states[0]
-    ahead, theta, z = len(states) // 5, log_files.STATES.index("theta"), log_files.STATES.index("z")
+    ahead, theta, z = len(states) // 5, STATES.index("theta"), STATES.index("z")
     pitch = np.degrees(states[ahead, theta] - still[ahead, theta])
     answers = np.isfinite(pitch) and abs(pitch) > 1e-3 * plane
     found.numbers["stern_plane"] = {

@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 
 import pydantic
 
-from bayesub.io import toml_files, units
+from bayesub.io import units
 from bayesub.io.errors import InputError, check_known
-from bayesub.io.toml_files import Positive, Section, WaterDensity
+from bayesub.io.toml_files import Positive, Section, WaterDensity, read_toml
 from bayesub.logs import log_files
 
 # How columns of a vehicle's own actuators end, in units and as the vehicle counts them.
@@ -119,7 +119,7 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
 
     InputError with file, key and remedy.
     """
-    log_map = toml_files.read_toml(path, LogMap)
+    log_map = read_toml(path, LogMap)
     if None not in (kind, log_map.kind) and log_map.kind != kind:
         raise InputError(f"{path}: key 'kind': this map is for '{log_map.kind}', not for '{kind}'", "conflict", "kind")
     if not log_map.columns:

@@ -16,7 +16,6 @@ from bayesub.logs import log_files
 from bayesub.report.page import ReportFigure, draw_all, fill
 from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
-from bayesub.report.plots.style import Paths
 
 X, Y, Z = log_files.positions("x", "y", "z")
 BEYOND = 50.0  # per cent of a limit beyond it, where the axis ends
@@ -94,7 +93,7 @@ def _manoeuvre(design, manoeuvre, suffix, number) -> ReportFigure:
     )
 
 
-def _draw_manoeuvre(path: Paths, design: DesignedTrial, manoeuvre: Any) -> None:
+def _draw_manoeuvre(path: style.Paths, design: DesignedTrial, manoeuvre: Any) -> None:
     """The track from above and the depth of all flights that come to their end, and the orders."""
     at, states, whole = design.plan.range.flown(manoeuvre)
     states = np.where(whole[:, None, None], states, np.nan)  # those of the vehicle itself first
@@ -133,7 +132,7 @@ def _draw_manoeuvre(path: Paths, design: DesignedTrial, manoeuvre: Any) -> None:
         axes[columns[-1]].set_xlabel("time (s)")
 
 
-def _draw_sds(path: Paths, design: DesignedTrial) -> None:
+def _draw_sds(path: style.Paths, design: DesignedTrial) -> None:
     """Expected sd of each coefficient over its size, per cent, best known first, in two columns."""
     standard, after = design.after_standard, design.after.relative_sd
     known = [design.before.relative_sd, after, *([] if standard is None else [standard.relative_sd])]
@@ -165,7 +164,7 @@ def _draw_sds(path: Paths, design: DesignedTrial) -> None:
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8)
 
 
-def _draw_margins(path: Paths, margins: Sequence[Sequence]) -> None:
+def _draw_margins(path: style.Paths, margins: Sequence[Sequence]) -> None:
     """How far each flight stays from each limit, in per cent of it: the margins of each manoeuvre."""
     rows = [(k, margin) for k, of_one in enumerate(margins) for margin in of_one]
     with style.figure(path, 9.0, 1.0 + 0.3 * len(rows)) as figure:
@@ -186,7 +185,7 @@ def _draw_margins(path: Paths, margins: Sequence[Sequence]) -> None:
         axis.set_xlabel("beyond the limit (% of it; negative: within)")
 
 
-def _draw_search(path: Paths, design: DesignedTrial, cost: str) -> None:
+def _draw_search(path: style.Paths, design: DesignedTrial, cost: str) -> None:
     """The least cost of each family by the manoeuvres judged so far; `cost` says what it is."""
     with style.figure(path, 9.0, 2.9) as figure:
         axis = figure.subplots()
@@ -199,7 +198,7 @@ def _draw_search(path: Paths, design: DesignedTrial, cost: str) -> None:
         axis.legend(fontsize=8)
 
 
-def _draw_worth(path: Paths, design: DesignedTrial) -> None:
+def _draw_worth(path: style.Paths, design: DesignedTrial) -> None:
     """What more time and each sensor bring."""
     minutes, label = np.array(list(design.minutes)), measure_label(design)
     once = [design.measure(information) for information in design.minutes.values()]

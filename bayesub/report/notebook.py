@@ -18,7 +18,6 @@ from bayesub.io.words import rounded
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.report import page
 from bayesub.report.plots import cards, coefficients, style, track, trade_offs
-from bayesub.report.plots.style import Paths
 
 ENTRIES = 5  # of a direction
 DIRECTIONS = 3  # of the stiffest and of the sloppiest
@@ -120,7 +119,7 @@ def _page(
     return templates.fill("bayesub.report", "display.html", **values).rstrip("\n")
 
 
-def _draw_intervals(path: Paths, posterior: Posterior) -> None:
+def _draw_intervals(path: style.Paths, posterior: Posterior) -> None:
     """90 and 50 % intervals of the parameters, in standard deviations of the prior from its mean."""
     quantiles = (posterior.quantiles(coefficients.QUANTILES) - posterior.prior_mean) / posterior.prior_sd
     with _figure_of_rows(path, posterior.names) as axis:
@@ -132,7 +131,7 @@ def _draw_intervals(path: Paths, posterior: Posterior) -> None:
         axis.set_xlabel("standard deviations of the prior, from its mean")
 
 
-def _draw_estimate(path: Paths, estimate: Estimate) -> None:
+def _draw_estimate(path: style.Paths, estimate: Estimate) -> None:
     """The solutions from all starts over the best one, with its sds if it has any, of what is not zero there."""
     kept = np.flatnonzero(np.isfinite(estimate.values) & (estimate.values != 0.0))
     ratios = estimate.solutions[:, kept] / estimate.values[kept]

@@ -11,7 +11,6 @@ from bayesub.io.words import powers
 from bayesub.logs.log_files import STATES, positions
 from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
-from bayesub.report.plots.style import Paths
 
 _HULL, _TIP = 1.0, 2.1  # radii of the sketch of the tail
 SMALLEST, LARGEST = 1e-10, 1e4  # sizes drawn; beyond them a coefficient sits at the edge
@@ -19,7 +18,7 @@ _MARKERS = "s^oDv<>p"  # of built-in vehicles, in the order of their names and o
 _COLOURS = (style.SQP, style.LINEAR, style.POSTERIOR, style.WEAK, style.READINGS, style.NULL)
 
 
-def draw(card: VehicleCard | DataCard, path: Paths) -> None:
+def draw(card: VehicleCard | DataCard, path: style.Paths) -> None:
     """Draw a card; others are in words only."""
     (_draw_vehicle if isinstance(card, VehicleCard) else _draw_data)(card, path)
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from bayesub.findings.derived import Derived, in_words, numbers
 from bayesub.report.plots import style
-from bayesub.report.plots.style import Paths
 
 BAND = [0.05, 0.5, 0.95]
 _BEYOND = 0.35  # of the prior's interval, shown on either side of it
@@ -16,7 +15,7 @@ _FOUND = 0.95  # share of the boats that have a steady turn at a rate, where a b
 _PLANES = {"horizontal": "sway and yaw", "vertical": "heave and pitch"}
 
 
-def draw(path: Paths, boats: Derived, word: str) -> None:
+def draw(path: style.Paths, boats: Derived, word: str) -> None:
     """Intervals above, a row a quantity, each from 5 to 95 % of the prior; below them the spiral curve and roots.
 
     `word`: what the reference is.
@@ -103,7 +102,7 @@ def _roots(panel, roots, title) -> None:
         panel.set_ylabel("imaginary part (1/s)")
 
 
-def draw_ways(path: Paths, prescription: Mapping[str, Mapping[str, Any]]) -> None:
+def draw_ways(path: style.Paths, prescription: Mapping[str, Mapping[str, Any]]) -> None:
     """What each way to go on leaves of the sd of what is asked for; of its numbers in ``numbers.json``."""
     ways = list(reversed(next(iter(prescription.values()))["after"]))
     with style.figure(path, 7.2, 1.1 + 0.34 * len(ways)) as figure:

@@ -14,7 +14,6 @@ from bayesub.findings.predicted_trial import PredictedMotion
 from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.report.plots import style
-from bayesub.report.plots.style import Paths
 from bayesub.report.plots.track import ALPHA, STRAIGHT, X, Y, Z, draw_actuators
 
 _SHADE = {0.9: 0.65, 0.5: 0.35}  # how far regions are from their colour to white; they lie over each other
@@ -53,7 +52,7 @@ class Drawn:
 
 
 def draw_states(
-    path: Paths,
+    path: style.Paths,
     drawn: Sequence[Drawn],
     of: str,
     states: Sequence[str],
@@ -122,7 +121,7 @@ def _draw_bands(axis, one: Drawn, k: int, factor: float, centre) -> list[np.ndar
     return ends or [median]
 
 
-def draw_track(path: Paths, drawn: Sequence[Drawn]) -> None:
+def draw_track(path: style.Paths, drawn: Sequence[Drawn]) -> None:
     """The track from above, or from aside if it does not turn: medians, and where the boat is with each probability."""
     states = drawn[-1].motion.median
     turns = np.ptp(states[:, Y]) > STRAIGHT * np.ptp(states[:, X]) or not np.ptp(states[:, Z])
