@@ -161,8 +161,6 @@ def outlier_candidates(times: np.ndarray, values: np.ndarray, sd: float) -> np.n
     as after a step of the rudder, makes candidates too if the sensor is that good.
 
     `times` (n,): s, ascending; `values` (n,): readings; `sd`: of their noise, in their unit.
-
-    Returns positions among the readings.
     """
     if len(times) < 5:
         return np.empty(0, dtype=int)

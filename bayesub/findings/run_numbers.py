@@ -363,14 +363,10 @@ def reference_word(numbers: dict) -> str:
 
 
 def null_changes(null_space: NullSpace, values: Mapping[str, float]) -> list[dict]:
-    """Of each null direction its axis and the relative changes of its coefficients, the largest of them 50 %.
+    """Of each null direction its ``axis`` and its ``changes``, of which the largest is 50 % (:func:`changes`).
 
     The motion stays the same to round-off: a null direction is one of the linear form of the equations, so that a step
-    along it may be of any length.
-
-    `null_space`: its vectors are in coefficients; `values`: coefficient -> value where the null space was taken.
-
-    Returns ``axis``, and ``changes``: coefficient -> change over its value, largest first.
+    along it may be of any length. `values`: coefficient -> value where the null space was taken.
     """
     ranks = null_space.ranks.items()
     return [{"axis": axis, "changes": changes(v, values)} for axis, rank in ranks for v in rank.null_vectors]

@@ -33,12 +33,9 @@ def suspect(problem: AnyProblem, mode: np.ndarray) -> str:
     """The change of a column, of a pair or of a clock after which the log would agree with the model, in words.
 
     Of columns the boat of the prior means is the judge, and of clocks a mode that is searched anew: a clock that is
-    seconds off moves readings by less than the prior is wide.
-
-    `mode` (n_params,): its mode, which does not fit.
-
-    Empty if no single change makes the difference at least three times as small, and of columns less than half
-    the motion.
+    seconds off moves readings by less than the prior is wide. `mode` (n_params,): that of the problem, which does not
+    fit. Empty if no single change makes the difference at least three times as small, and of columns less than half the
+    motion.
     """
     return _column(problem) or _clock(problem, mode)
 

@@ -9,9 +9,7 @@ In memory columns have the short names of the field and SI units:
 - ``north east down``, the velocity over the ground in inertial axes, ``sog`` and ``cog``, its horizontal speed and
   course, and ``stw``, the horizontal speed through the water.
 
-Latitude and longitude become ``x y``, and pressure becomes ``depth``.
-
-An empty cell is a missing reading (not a number).
+Latitude and longitude become ``x y``, and pressure becomes ``depth``. An empty cell is no reading (not a number).
 """
 
 import gzip

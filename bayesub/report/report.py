@@ -102,11 +102,9 @@ def write_report(
 def page(
     numbers: dict, pictures: Mapping[str, tuple[str, bytes]], commit: str | None = None, live: dict | None = None
 ) -> str:
-    """The page of a report, HTML.
+    """The page of a report, HTML, of the content of ``numbers.json``, by name of a figure its caption and picture.
 
-    `numbers`: the content of ``numbers.json``; `pictures`: name of a figure -> its caption and its PNG or SVG;
-    `commit`: of the sources, for the foot of the page; `live`: what :func:`bayesub.report.widgets.content` gives,
-    without which the page has figures that stand still.
+    `live`: what :func:`bayesub.report.widgets.content` gives, without which the page has figures that stand still.
     """
     return pages.fill(
         "report.html",
@@ -128,8 +126,7 @@ def markdown_page(
 ) -> str:
     """The short page of a report, Markdown, for folders that are read where HTML is not shown.
 
-    `numbers`: the content of ``numbers.json``; `captions`: file of a figure -> caption; `coefficients`: of the equation
-    set, as :func:`bayesub.findings.equation_card.glossary` has them; `commit`: of the sources.
+    `captions`: file of a figure -> caption; `coefficients`: of the equation set (:func:`.equation_card.glossary`).
     """
     verdict, convergence, cost = numbers["verdict"], numbers["convergence"], numbers["cost"]
     shortcomings = "; ".join(convergence["shortcomings"])
