@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.findings import derived, disturbances, known_sums, remedies, run_numbers, set_up, unseen, verdicts
-from bayesub.findings.run_numbers import KNOWN, STRONG, UNTOUCHED, null_count
+from bayesub.findings.run_numbers import STRONG, null_count
 from bayesub.findings.set_up import AnyProblem
 from bayesub.findings.unseen import TrialPrediction
 from bayesub.inference.baselines import Estimate
@@ -238,18 +238,14 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
     above 0.7; "marks": rows ``topic, good, word, text``, the verdict taken apart.
     """
     rows = numbers["parameters"]
-    narrowed = [row for row in rows if row["contraction"] < UNTOUCHED]
-    best = [
-        {"name": row["name"], "percent": 100.0 * row["relative_sd"]}
-        for row in sorted(narrowed, key=lambda row: row["relative_sd"])
-    ]
-    known = [row for row in best if row["percent"] < 100.0 * KNOWN]
+    known, narrowed = run_numbers.known_rows(rows)
+    best = [{"name": row["name"], "percent": 100.0 * row["relative_sd"]} for row in narrowed]
     return {
         "boat": list(derived.headlines(numbers["derived"])),
         "stable": [
             {"where": derived.STABILITIES[name], **shares} for name, shares in numbers["derived"]["stable"].items()
         ],
-        "known": known,
+        "known": best[: len(known)],
         "best": best[:BEST],
         "n_coefficients": len(rows),
         "n_sharper": len(narrowed) - len(known),

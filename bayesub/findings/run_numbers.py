@@ -1,6 +1,8 @@
 """What a run found: every number that its report quotes, and the sentences that say what they mean."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from bayesub.inference.baselines.sqp import BOUNDS
 from bayesub.inference.checks import normality
 from bayesub.inference.identifiability import NullSpace, Spectrum
 from bayesub.inference.sampling import Posterior
+from bayesub.io import templates
 from bayesub.io.words import cell, counted, listed, rounded
 
 KNOWN = 0.05  # posterior sd relative to the posterior mean
@@ -226,27 +229,47 @@ def _baseline(problem, estimate) -> dict:
 
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
-    answer, knowledge = _knowledge(numbers)
-    result = {"answer": answer} | conflicts.sentences(numbers) | rests_on.sentences(numbers["rests_on"]) | knowledge
-    if text := conflicts.sensitivity_sentence(numbers["parameters"]):
+    rows, known, narrowed = numbers["parameters"], *known_rows(numbers["parameters"])
+    by_contraction = sorted(rows, key=itemgetter("contraction"))
+    sharper = [row["name"] for row in by_contraction if row["contraction"] < UNTOUCHED and row not in known]
+    untouched = [row["name"] for row in by_contraction if row["contraction"] >= UNTOUCHED]
+    values = {"numbers": numbers, "word": reference_word(numbers), "null_count": null_count(numbers["ranks"])}
+    values |= {"known": known, "narrowed": narrowed, "sharper": sharper, "untouched": untouched}
+    values |= {"null_words": null_sentence(numbers["null_directions"])}
+    values |= {"pivots": [name for rank in numbers["ranks"].values() for name in rank["pivots"]]}
+    pairs = (numbers[key] for key in ("trade_offs", "nuisance_trade_offs"))
+    strong = ([one for one in some if abs(one["correlation"]) >= STRONG][:QUOTED] for some in pairs)
+    values |= dict(zip(("strong_pairs", "strong_others"), strong, strict=True))
+    values |= {"gains": {"rows": sorted(rows, key=gain), "median": np.median([gain(row) for row in rows])}}
+    values |= {"search": next((one for one in numbers["baselines"][::-1] if one["method"] == "SQP"), None)}
+    values |= {"limits": {"known": KNOWN, "untouched": UNTOUCHED, "strong": STRONG}}
+    fill = partial(templates.fill, "bayesub.findings", "run.txt", **values, gain=gain, cell=cell, counted=counted)
+
+    def said(*topics: str) -> dict[str, str]:
+        texts = {topic: " ".join(fill(topic=topic).split()) for topic in topics}
+        return {topic: text for topic, text in texts.items() if text}
+
+    result = said("answer") | conflicts.sentences(numbers) | rests_on.sentences(numbers["rests_on"])
+    result |= said("known", "sharper", "untouched")
+    if text := conflicts.sensitivity_sentence(rows):
         result["prior"] = text
-    result |= _directions(numbers) | _strong_trade_offs(numbers) | _others_known(numbers)
-    normal = numbers["normality"]
-    lost = (
-        "holds this posterior"
-        if normal["close"]
-        else "is not this posterior: fit the next trial together with this one"
-    )
-    result["normality"] = f"A vehicle file by bayesub export, a normal distribution, {lost}. {normal['sentence']}"
+    result |= said("directions", "null", "trade_offs", "others_known", "normality")
     parts = [zeros.sentence(numbers["zeros"])] if numbers["zeros"] else []
     parts += [f"{numbers['advice']}."] if numbers["advice"] else []
     if parts:
         result["zeros"] = " ".join(parts)
-    if rows := numbers["nuisance"]:
-        ends = ((row["name"], *(rounded(row[q], row["sd"]) for q in ("q5", "q95"))) for row in rows)
+    if others := numbers["nuisance"]:
+        ends = ((row["name"], *(rounded(row[q], row["sd"]) for q in ("q5", "q95"))) for row in others)
         intervals = ", ".join(f"{name} {low} to {high}" for name, low, high in ends)
         result["nuisance"] = f"{intervals} (90 % intervals)."
-    return result | _search(numbers)
+    return result | said("sqp")
+
+
+def known_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
+    """Of parameters those that are known to KNOWN, and those that are known better than before, best known first."""
+    by_size = sorted(rows, key=itemgetter("relative_sd"))
+    narrowed = [row for row in by_size if row["contraction"] < UNTOUCHED]  # not what the prior has known as well before
+    return [row for row in narrowed if row["relative_sd"] < KNOWN], narrowed
 
 
 def null_count(ranks: Mapping[str, Mapping[str, Any]]) -> str:
@@ -261,100 +284,9 @@ def null_count(ranks: Mapping[str, Mapping[str, Any]]) -> str:
     return text
 
 
-def _knowledge(numbers) -> tuple[str, dict[str, str]]:
-    """The answer of the trial in one sentence, and which coefficients are known how well."""
-    rows = sorted(numbers["parameters"], key=lambda row: row["relative_sd"])
-    narrowed = [row for row in rows if row["contraction"] < UNTOUCHED]  # not what the prior has known as well before
-    known = [f"{row['name']} ({100 * row['relative_sd']:.2g} %)" for row in narrowed if row["relative_sd"] < KNOWN]
-    rows = sorted(numbers["parameters"], key=lambda row: row["contraction"])
-    sharper = [row["name"] for row in rows if row["relative_sd"] >= KNOWN and row["contraction"] < UNTOUCHED]
-    untouched = [row["name"] for row in rows if row["contraction"] >= UNTOUCHED]
-    answer = (
-        f"Of {len(rows)} coefficients: {len(known)} known to {100 * KNOWN:.0f} %, {len(narrowed) - len(known)} "
-        f"less well but better than before, {len(rows) - len(narrowed)} by the prior alone; "
-        f"{null_count(numbers['ranks'])}."
-    )
-    result = {"known": f"No coefficient is known to better than {100 * KNOWN:.0f} %."}
-    if known:
-        result["known"] = f"To better than {100 * KNOWN:.0f} % (posterior sd over mean): {', '.join(known)}."
-    if sharper:
-        result["sharper"] = f"Better than before the trial, but not to {100 * KNOWN:.0f} %: {', '.join(sharper)}."
-    if untouched:
-        result["untouched"] = (
-            f"Known by the prior alone (posterior sd at least {100 * UNTOUCHED:.0f} % of the prior's): "
-            f"{', '.join(untouched)}."
-        )
-    return answer, result
-
-
-def _directions(numbers) -> dict[str, str]:
-    n = len(numbers["parameters"]) + len(numbers["nuisance"])
-    n_null, n_sharpened = map(numbers["spectrum"].get, ("n_null", "n_sharpened"))
-    which = "parameters" if numbers["nuisance"] else "coefficients"
-    result = {
-        "directions": f"Of {n} independent combinations of {which} the data determine {n_sharpened} better than the "
-        f"prior and {n - n_sharpened - n_null} less well; whatever the sensors, {null_count(numbers['ranks'])}."
-    }
-    if words := null_sentence(numbers["null_directions"]):
-        pivots = [name for rank in numbers["ranks"].values() for name in rank["pivots"]]
-        result["null"] = (
-            f"The motion stays the same when these change together, in per cent of their values or any multiple of "
-            f"that: {words}. Holding {', '.join(pivots)} fixed makes the rest unique."
-        )
-    return result
-
-
-def _strong_trade_offs(numbers) -> dict[str, str]:
-    pairs = _strong_pairs(numbers["trade_offs"])
-    text = f"No two coefficients are correlated by more than {STRONG:g} in the posterior."
-    if pairs:
-        text = f"{pairs} (posterior correlation of ratios to the {reference_word(numbers)})."
-    if pairs := _strong_pairs(numbers["nuisance_trade_offs"]):
-        text += f" With nuisance parameters: {pairs}."
-    return {"trade_offs": text}
-
-
 def gain(row: Mapping[str, Any]) -> float:
     """How many times smaller the posterior sd of a parameter would be if all others were known, by its numbers."""
     return max(row["sd"] / row["conditional_sd"], 1.0)
-
-
-def _others_known(numbers) -> dict[str, str]:
-    """The ill-conditioning of all coefficients together, which pairs do not show."""
-    rows = sorted(numbers["parameters"], key=gain)
-    median, least, most = np.median([gain(row) for row in rows]), rows[0], rows[-1]
-    ends = f" ({least['name']} {cell(gain(least), 2)} to {most['name']} {cell(gain(most), 2)})" if len(rows) > 1 else ""
-    return {
-        "others_known": f"If all others were known, the posterior sd of the median coefficient would be "
-        f"{cell(median, 2)} times smaller{ends}."
-    }
-
-
-def _strong_pairs(trade_offs) -> str:
-    strong = [t for t in trade_offs if abs(t["correlation"]) >= STRONG][:QUOTED]
-    return ", ".join(f"{' with '.join(t['pair'])} ({t['correlation']:+.2f})" for t in strong)
-
-
-def _search(numbers) -> dict[str, str]:
-    searches = [baseline for baseline in numbers["baselines"] if baseline["method"] == "SQP"]
-    if not searches:
-        return {}
-    search = searches[-1]
-    fits = sorted({f"{fit:.3f}" for fit in search["chi_square_per_reading"]}, key=float)
-    further = [f"{end(search['further_than_guess'])}" for end in (min, max)]
-    held = ""
-    if names := search.get("nuisance"):
-        held = f", which also searches {', '.join(names)} with their priors as readings,"
-    elif numbers["nuisance"]:
-        held = ", which holds nuisance parameters at their prior means,"
-    if numbers.get("disturbance"):
-        held = ", which leaves unmodelled forces out,"
-    return {
-        "sqp": f"SQP{held} from {counted(search['n_starts'], 'start')} reaches a chi-square per reading of "
-        f"{' to '.join(dict.fromkeys((fits[0], fits[-1])))}, the best draw of the posterior "
-        f"{numbers['chi_square_per_reading']:.3f}; {' to '.join(dict.fromkeys(further))} of its {search['n_params']} "
-        f"coefficients end further from the {reference_word(numbers)} than the centre of the prior."
-    }
 
 
 def reference_word(numbers: dict) -> str:
