@@ -229,20 +229,25 @@ def _baseline(problem, estimate) -> dict:
 
 def sentences(numbers: dict) -> dict[str, str]:
     """The report in sentences by topic: what is known, what is not, what is null, what trades off, and SQP."""
-    rows, known, narrowed = numbers["parameters"], *known_rows(numbers["parameters"])
+    rows, searches = numbers["parameters"], [one for one in numbers["baselines"] if one["method"] == "SQP"]
+    known, narrowed = known_rows(rows)
     by_contraction = sorted(rows, key=itemgetter("contraction"))
-    sharper = [row["name"] for row in by_contraction if row["contraction"] < UNTOUCHED and row not in known]
-    untouched = [row["name"] for row in by_contraction if row["contraction"] >= UNTOUCHED]
-    values = {"numbers": numbers, "word": reference_word(numbers), "null_count": null_count(numbers["ranks"])}
-    values |= {"known": known, "narrowed": narrowed, "sharper": sharper, "untouched": untouched}
-    values |= {"null_words": null_sentence(numbers["null_directions"])}
-    values |= {"pivots": [name for rank in numbers["ranks"].values() for name in rank["pivots"]]}
-    pairs = (numbers[key] for key in ("trade_offs", "nuisance_trade_offs"))
-    strong = ([one for one in some if abs(one["correlation"]) >= STRONG][:QUOTED] for some in pairs)
-    values |= dict(zip(("strong_pairs", "strong_others"), strong, strict=True))
-    values |= {"gains": {"rows": sorted(rows, key=gain), "median": np.median([gain(row) for row in rows])}}
-    values |= {"search": next((one for one in numbers["baselines"][::-1] if one["method"] == "SQP"), None)}
-    values |= {"limits": {"known": KNOWN, "untouched": UNTOUCHED, "strong": STRONG}}
+    values: dict[str, Any] = {
+        "numbers": numbers,
+        "word": reference_word(numbers),
+        "null_count": null_count(numbers["ranks"]),
+        "null_words": null_sentence(numbers["null_directions"]),
+        "pivots": [name for rank in numbers["ranks"].values() for name in rank["pivots"]],
+        "known": known,
+        "narrowed": narrowed,
+        "sharper": [r["name"] for r in by_contraction if r["contraction"] < UNTOUCHED and r["relative_sd"] >= KNOWN],
+        "untouched": [row["name"] for row in by_contraction if row["contraction"] >= UNTOUCHED],
+        "strong_pairs": _strong_pairs(numbers["trade_offs"]),
+        "strong_others": _strong_pairs(numbers["nuisance_trade_offs"]),
+        "gains": {"rows": sorted(rows, key=gain), "median": np.median([gain(row) for row in rows])},
+        "search": searches[-1] if searches else None,
+        "limits": {"known": KNOWN, "untouched": UNTOUCHED, "strong": STRONG},
+    }
     fill = partial(templates.fill, "bayesub.findings", "run.txt", **values, gain=gain, cell=cell, counted=counted)
 
     def said(*topics: str) -> dict[str, str]:
@@ -263,6 +268,10 @@ def sentences(numbers: dict) -> dict[str, str]:
         intervals = ", ".join(f"{name} {low} to {high}" for name, low, high in ends)
         result["nuisance"] = f"{intervals} (90 % intervals)."
     return result | said("sqp")
+
+
+def _strong_pairs(trade_offs) -> list[dict]:
+    return [one for one in trade_offs if abs(one["correlation"]) >= STRONG][:QUOTED]
 
 
 def known_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
