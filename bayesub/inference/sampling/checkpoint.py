@@ -126,13 +126,8 @@ class Checkpoint:
         counts = {name: getattr(state, name) for name in _COUNTS}
         notes |= {"random": [generator, position, has_gauss, gauss]} | counts | vars(state.spent)
         content = io.BytesIO()
-        np.savez(
-            content,
-            notes=json.dumps(notes),
-            **{name: getattr(state, name) for name in _ARRAYS},
-            random_keys=keys,
-            **arrays,
-        )
+        arrays |= {name: getattr(state, name) for name in _ARRAYS}
+        np.savez(content, notes=json.dumps(notes), random_keys=keys, **arrays)
         try:
             with replacing(self.folder / name) as partial, partial.open("wb") as file:
                 file.write(hashlib.sha256(content.getbuffer()).digest())

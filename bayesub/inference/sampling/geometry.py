@@ -147,25 +147,6 @@ class Geometry:
         """Parameters (n, n_params) of sampling coordinates y (n, n_params)."""
         return self.prior.unscaled(self.scaled(self.bent(y)))
 
-    def standard(self, y: np.ndarray) -> np.ndarray:
-        """The standard normal vectors t (n, n_params) of the prior at sampling coordinates y (n, n_params or more)."""
-        return self.prior.standard(self.parameters(y[:, : self.n_params]))
-
-    def redrawn(
-        self, positions: Sequence[int], y: np.ndarray, random: np.random.RandomState
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates y (n, n_params or more) with one parameter of each drawn anew from its prior given the others.
-
-        It is one of those at the `positions`. The second are logarithms (n,) of what the acceptance has besides the
-        ratio of densities in y, which leave that of the likelihoods. Coordinates after these parameters stay.
-        """
-        t = self.standard(y)
-        t[np.arange(len(t)), random.choice(positions, len(t))] = random.standard_normal(len(t))
-        x = self.prior.scaled(self.prior.parameters(t))
-        moved = self.straightened(np.linalg.solve(self.basis, (x - self.mode).T).T)
-        factors = self.log_prior(y[:, : self.n_params]) - self.prior.scaled_log_density(x)
-        return np.hstack([moved, y[:, self.n_params :]]), factors
-
     def log_prior(self, y: np.ndarray) -> np.ndarray:
         """Log prior density (n,) in the sampling coordinates, up to a constant."""
         return self.prior.scaled_log_density(self.scaled(self.bent(y)))
@@ -252,6 +233,22 @@ class Geometry:
             bends.append(Bend.restored({k.removeprefix(prefix): a for k, a in arrays.items() if k.startswith(prefix)}))
         mode, singular_values, basis, active = (arrays[key] for key in _STORED)
         return cls(prior, mode, singular_values, basis, active, bends)
+
+
+def redrawn(
+    geometry: Geometry, positions: np.ndarray, y: np.ndarray, random: np.random.RandomState
+) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates y (n, n_params or more) with one parameter of each drawn anew from its prior given the others.
+
+    It is one of those at the `positions`. The second are logarithms (n,) of what the acceptance has besides the ratio
+    of densities in y, which leave that of the likelihoods. Coordinates after these parameters stay.
+    """
+    n, prior = geometry.n_params, geometry.prior
+    t = prior.standard(geometry.parameters(y[:, :n]))
+    t[np.arange(len(t)), random.choice(positions, len(t))] = random.standard_normal(len(t))
+    x = prior.scaled(prior.parameters(t))
+    moved = geometry.straightened(np.linalg.solve(geometry.basis, (x - geometry.mode).T).T)
+    return np.hstack([moved, y[:, n:]]), geometry.log_prior(y[:, :n]) - prior.scaled_log_density(x)
 
 
 @dataclass(frozen=True)

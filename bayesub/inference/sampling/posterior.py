@@ -39,7 +39,14 @@ class Criteria:
 
 AnyPrior = TypeVar("AnyPrior", bound=InferencePrior)
 STANDARD = Criteria()
-DIAGNOSTICS = ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend")  # (.., n_params) attributes of a posterior
+DIAGNOSTICS = (
+    "tau",
+    "rhat",
+    "bulk_ess",
+    "tail_ess",
+    "variance_trend",
+    "unvisited",
+)  # (.., n_params) attributes of a posterior
 JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
 N_ENSEMBLES = 4  # at least, for R-hat
 LEAST_STEPS = 50  # kept at least before anything is judged
@@ -55,6 +62,7 @@ class Convergence:
     """
 
     chain: np.ndarray
+    criteria: "Criteria"
     thin: int
 
     @cached_property
@@ -97,6 +105,23 @@ class Convergence:
         """(n_params,) change of the variance from first to second half, in standard errors."""
         return convergence.variance_trend(self.chain[:, self._judged], self._scores)
 
+    @cached_property
+    def unvisited(self) -> np.ndarray:
+        """(n_params,) of :data:`PROBES` values of its prior, how many are accepted where draws have not been.
+
+        The sampler tries them, with the others as they are, if all other criteria are met.
+        """
+        return np.zeros(self.chain.shape[-1])
+
+    @property
+    def uncovered(self) -> np.ndarray:
+        """(n_params,) whether :attr:`unvisited` is above what a Poisson number exceeds in few runs (`false_alarms`).
+
+        At each end one independent draw is beyond where draws count as having been, so that two in all are usual.
+        """
+        expected = 2.0 * PROBES / np.minimum(self.bulk_ess, self.tail_ess)
+        return self.unvisited > stats.poisson.isf(self.criteria.false_alarms / self.chain.shape[-1], expected)
+
 
 @dataclass(frozen=True)
 class Posterior(Convergence, Displayed):
@@ -122,8 +147,6 @@ class Posterior(Convergence, Displayed):
     jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number if
         unknown
     simulation_seconds : wall time of simulations and Jacobians among `seconds`; not a number if unknown
-    unvisited : (n_params,) of 1024 values of its prior, how many are accepted, the other parameters being as they are,
-        where draws have not been; None if they were not tried, because other criteria are not met
     """
 
     names: tuple[str, ...]
@@ -141,7 +164,6 @@ class Posterior(Convergence, Displayed):
     jacobians: int = 0
     jacobian_price: float = float("nan")
     simulation_seconds: float = float("nan")
-    unvisited: np.ndarray | None = None
 
     def thinned(self) -> "Posterior":
         """The same posterior with the draws that convergence is judged by."""
@@ -156,14 +178,13 @@ class Posterior(Convergence, Displayed):
         """
         return prior.found(self.thinned().draws)
 
-    def given(self, prior: InferencePrior) -> "Posterior":
-        """The same with mean and sd of :meth:`known_before`, which is what tables, files and figures compare with."""
-        known = self.known_before(prior)
-        return self.changed(prior_mean=known.mean, prior_sd=known.sd)
+    def given(self, prior: InferencePrior, **attributes: Any) -> "Posterior":
+        """The same with mean and sd of :meth:`known_before`, which is what tables, files and figures compare with.
 
-    def changed(self, **attributes: Any) -> "Posterior":
-        """The same chain with other attributes, and what was computed of it."""
-        result = replace(self, **attributes)
+        Other `attributes` may be given besides. What was computed of the chain is kept.
+        """
+        known = self.known_before(prior)
+        result = replace(self, prior_mean=known.mean, prior_sd=known.sd, **attributes)
         computed = vars(self).keys() - {field.name for field in fields(self)} - {"shortcomings"}
         vars(result).update({key: vars(self)[key] for key in computed})
         return result
@@ -179,7 +200,6 @@ class Posterior(Convergence, Displayed):
             chain=self.chain[..., positions],
             prior_mean=self.prior_mean[positions],
             prior_sd=self.prior_sd[positions],
-            unvisited=None if self.unvisited is None else self.unvisited[positions],
         )
         vars(result).update({key: getattr(self, key)[..., positions] for key in DIAGNOSTICS}, n_steps=self.n_steps)
         return result
@@ -301,27 +321,13 @@ class Posterior(Convergence, Displayed):
             *((ess, ess >= criteria.ess, f"{word} ESS {{:.0f}} is below {criteria.ess:g}", criteria.ess / ess.min(), "")
               for word, ess in (("bulk", self.bulk_ess), ("tail", self.tail_ess))),
             (-np.abs(trend), np.abs(trend) < limit, drift, 2.0, ""),
-            (-self._found_beyond, ~self.uncovered, beyond, 2.0, "; if it stays, narrow its prior"),
+            (-self.unvisited, ~self.uncovered, beyond, 2.0, "; if it stays, narrow its prior"),
         ]  # fmt: skip
         return tuple(
             f"{missed}; {_longer(self, factor)}{more}"
             for merit, met, sentence, factor, more in verdicts
             if (missed := _missed(self.names, merit, met, sentence))
         )
-
-    @property
-    def _found_beyond(self) -> np.ndarray:
-        return np.zeros(len(self.names)) if self.unvisited is None else self.unvisited
-
-    @property
-    def uncovered(self) -> np.ndarray:
-        """(n_params,) whether the prior is as likely in more places where draws have not been than is usual.
-
-        The number of :attr:`unvisited` is then above what a Poisson distribution exceeds in a `false_alarms` of runs.
-        At each end an independent draw is beyond where draws have been, so that two in all are usual.
-        """
-        expected = 2.0 * PROBES / np.minimum(self.bulk_ess, self.tail_ess)
-        return self._found_beyond > stats.poisson.isf(self.criteria.false_alarms / len(self.names), expected)
 
     def stuck(self, max_steps: int) -> bool:
         """Whether there is no chance of enough steps: after a tenth of them, with few proposals accepted.

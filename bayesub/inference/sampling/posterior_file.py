@@ -51,8 +51,6 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
     by_parameter: dict[str, Any] = {
         key: ("parameter", getattr(posterior, key)) for key in ("prior_mean", "prior_sd", *DIAGNOSTICS[1:])
     }
-    if posterior.unvisited is not None:
-        by_parameter["unvisited"] = "parameter", posterior.unvisited
     by_parameter["tau"] = ("ensemble", "parameter"), posterior.tau
     summary = xr.Dataset(by_parameter, coords={"parameter": list(posterior.names)})
     return {"posterior": draws, "sample_stats": stats, "convergence": summary}
@@ -136,9 +134,9 @@ def _read(draws: xr.Dataset, stats: xr.Dataset, summary: xr.Dataset) -> Posterio
         criteria=Criteria(
             **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
         ),
-        unvisited=summary["unvisited"].values if "unvisited" in summary else None,
         **{name: kind(attrs[name]) for name, kind in _NUMBERS.items()},
     )
     # What has been computed once takes the place of cached properties.
-    vars(posterior).update({key: summary[key].values for key in DIAGNOSTICS}, n_steps=int(attrs["n_steps"]))
+    known = {key: summary[key].values for key in DIAGNOSTICS if key in summary}  # files before 0.3 lack the last
+    vars(posterior).update(known, n_steps=int(attrs["n_steps"]))
     return posterior

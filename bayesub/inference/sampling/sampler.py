@@ -18,7 +18,7 @@ from bayesub.inference.baselines import posterior_mode
 from bayesub.inference.identifiability.linear_model import marginal_jacobian
 from bayesub.inference.interface import SMOOTH, Emulated, Forced, Modal, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
-from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.geometry import Geometry, redrawn
 from bayesub.inference.sampling.histories import (
     HistoryGeometry,
     HistorySurrogate,
@@ -172,11 +172,10 @@ class _Run:
 
     def _sampler(self) -> emcee.EnsembleSampler:
         """That of all moves, and of draws from the prior of the parameters that these do not cover."""
-        moves, wide = list(self._moves), self.state.wide
-        if len(wide):
-            total = sum(weight for _, weight in moves)
-            redrawn = partial(self._of_others.redrawn, wide)
-            moves.append((emcee.moves.MHMove(redrawn), total * PRIOR_SHARE / (1.0 - PRIOR_SHARE)))
+        moves = list(self._moves)
+        if len(self.state.wide):
+            move = emcee.moves.MHMove(partial(redrawn, self._of_others, self.state.wide))
+            moves.append((move, sum(weight for _, weight in moves) * PRIOR_SHARE / (1.0 - PRIOR_SHARE)))
         return emcee.EnsembleSampler(*self.state.coords.shape, self._evaluate, moves=moves, vectorize=True)
 
     def _evaluate(self, y):
@@ -269,7 +268,9 @@ class _Run:
             return posterior
         unvisited = self._unvisited(posterior)
         self.state = replace(self.state, spent=self._charged(self.state.spent))
-        return posterior.changed(unvisited=unvisited, **vars(self.state.spent))
+        posterior = posterior.given(self.problem.prior, **vars(self.state.spent))
+        vars(posterior)["unvisited"] = unvisited
+        return posterior
 
     def _unvisited(self, posterior: Posterior) -> np.ndarray:
         """(n_params,) of values of each parameter's prior, those that are accepted where the draws have not been.
@@ -277,10 +278,9 @@ class _Run:
         They are accepted or not with the other parameters as they are at the walkers. A value is where the draws have
         not been if there are fewer beyond it than one independent one. If none of the first is, no more are tried.
         """
-        random, geometry = np.random.RandomState(), self._of_others
-        random.set_state(self.state.random_state)
+        random, geometry = np.random.RandomState(self.state.random_state[1]), self._of_others
         first = np.clip(FIRST_PROBES // geometry.n_params, PROBES // 8, PROBES // 4)
-        spread = np.std(geometry.standard(self.state.coords), axis=0)
+        spread = np.std(geometry.prior.standard(geometry.parameters(self.state.coords[:, : geometry.n_params])), axis=0)
         draws, rare = posterior.thinned().draws, 1.0 / np.minimum(posterior.bulk_ess, posterior.tail_ess)
         counts = np.zeros(posterior.chain.shape[-1])
         for j in np.flatnonzero(spread > PROBED):
@@ -288,7 +288,7 @@ class _Run:
             low, high = np.quantile(draws[:, k], [rare[k], 1.0 - rare[k]])
             for numbers in np.split(np.arange(PROBES), [first]):
                 walkers = numbers % len(self.state.coords)
-                anew, factors = geometry.redrawn([j], self.state.coords[walkers], random)
+                anew, factors = redrawn(geometry, np.array([j]), self.state.coords[walkers], random)
                 gain = self.geometry.log_prob(self.problem, anew) - self.state.log_prob[walkers] + factors
                 accepted = anew[np.log(random.random_sample(len(anew))) < gain, : geometry.n_params]
                 values = geometry.parameters(accepted)[:, j]

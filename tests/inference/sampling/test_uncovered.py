@@ -7,7 +7,7 @@ from support.toys import Linear, Toy, ill_conditioned
 import bayesub as bs
 from bayesub.inference.baselines import posterior_mode
 from bayesub.inference.sampling import sampler
-from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.geometry import Geometry, redrawn
 from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal
 from bayesub.problem.priors import Normal, Uniform
 from bayesub.problem.shared_scale import SharedScale
@@ -74,7 +74,7 @@ def test_a_run_whose_moves_have_changed_resumes_to_the_same_bits(tmp_path):
         pass
 
     class Stopping:
-        def update(self, done, total, unit="", note=""):
+        def update(self, done, total, unit="", note=""):  # noqa: ARG002
             begun.append(done)
             if unit == "steps" and len(begun) > 3:
                 raise Stopped
@@ -105,7 +105,8 @@ def test_where_walks_come_everywhere_nothing_changes():
 
 def test_a_posterior_that_was_saved_says_what_was_not_visited(tmp_path):
     posterior = bs.sample(WIDE["log_sd 5"], rng=np.random.default_rng(1))
-    lacking = posterior.changed(unvisited=np.array([40.0, 0.0]))
+    lacking = posterior.given(WIDE["log_sd 5"].prior)
+    vars(lacking)["unvisited"] = np.array([40.0, 0.0])
     (sentence,) = lacking.shortcomings
     assert sentence.startswith("c0: of 1024 values of its prior 40 are as likely as the draws")
     lacking.save(tmp_path / "posterior.nc")
@@ -135,7 +136,7 @@ def test_values_of_the_prior_are_accepted_by_the_ratio_of_likelihoods(prior, rng
     geometry = Geometry.whitened(problem, posterior_mode(problem, rng=rng).values)
     y = 0.3 * rng.standard_normal((50, 3))
     y = y[np.isfinite(geometry.log_prior(y))]
-    anew, factors = geometry.redrawn([1], y, rng)
+    anew, factors = redrawn(geometry, [1], y, rng)
     before, after = geometry.parameters(y), geometry.parameters(anew)
     expected = problem.log_likelihood(after) - problem.log_likelihood(before)
     found = geometry.log_prob(problem, anew) - geometry.log_prob(problem, y) + factors
