@@ -109,9 +109,11 @@ def load(path: Path) -> Posterior:
     except (OSError, LookupError, ValueError, TypeError, RuntimeError, AttributeError) as error:
         raise InputError(f"{path}: is not a readable posterior ({error})", "format") from None
     if not (np.isfinite(posterior.chain).all() and np.isfinite(posterior.log_prob).all()):
-        raise InputError(f"{path}: is damaged: there are draws that are not numbers; run the study again", "format")
+        raise InputError(
+            f"{path}: is damaged: there are draws that are not numbers; run it again with --force", "format"
+        )
     if is_changed:
-        raise InputError(f"{path}: is damaged or was changed since it was written; run the study again", "format")
+        raise InputError(f"{path}: is damaged or was changed since it was written; run it again with --force", "format")
     return posterior
 
 

@@ -286,15 +286,15 @@ class _Run:
         for j in np.flatnonzero(spread > PROBED):
             k = self._others[j]
             low, high = np.quantile(draws[:, k], [rare[k], 1.0 - rare[k]])
-            for numbers in np.split(np.arange(PROBES), [first]):
-                walkers = numbers % len(self.state.coords)
-                anew, factors = redrawn(geometry, np.array([j]), self.state.coords[walkers], random)
-                gain = self.geometry.log_prob(self.problem, anew) - self.state.log_prob[walkers] + factors
+            for tried in range(0, PROBES, len(self.state.coords)):
+                if tried >= first and not counts[k]:
+                    break
+                y, log_prob = self.state.coords[: PROBES - tried], self.state.log_prob[: PROBES - tried]
+                anew, factors = redrawn(geometry, np.array([j]), y, random)
+                gain = self.geometry.log_prob(self.problem, anew) - log_prob + factors
                 accepted = anew[np.log(random.random_sample(len(anew))) < gain, : geometry.n_params]
                 values = geometry.parameters(accepted)[:, j]
                 counts[k] += np.count_nonzero((values < low) | (values > high))
-                if not counts[k]:
-                    break
         return counts
 
     def cover(self, uncovered: np.ndarray) -> None:
