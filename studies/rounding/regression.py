@@ -51,10 +51,10 @@ def trial(boat: Vehicle, seed: int, resolution: tuple[float, float], held) -> di
     estimates = {
         "rounded": linear_least_squares(rounded, truth, held=held),
         "rounded load only": linear_least_squares(load_only, truth, held=held),
-        "total least squares": total_least_squares(rounded, truth, held=held, errors=errors),
     }
-    if any(estimates[fit].covariance is None for fit in FITS[:2]):
+    if any(estimate.covariance is None for estimate in estimates.values()):
         return None
+    estimates["total least squares"] = total_least_squares(rounded, truth, held=held, errors=errors)
     estimate = estimates["rounded"]
     xi = boat.xi.copy()
     xi[columns(estimate.names)] = estimate.values
