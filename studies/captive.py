@@ -257,7 +257,7 @@ def tables(numbers):
     cells = {
         "vehicle": itemgetter("name"),
         "boats": lambda r: r["boats"]["n"],
-        "in 90 % intervals": lambda r: f"{r['boats']['coverage']:.1%} ± {r['boats']['error']:.1%}",
+        "in 90 % intervals": lambda r: f"{r['boats']['coverage']:.1%} ± {r['boats']['error'] or 0.0:.1%}",
         "known to 5 %": lambda r: f"{r['boats']['known']:.1f}",
     }
     yield from columns(named(numbers), cells)
@@ -278,5 +278,5 @@ def claims(numbers):
         )
         boats = r["boats"]
         yield not boats["stopped"], f"{vehicle}: {len(boats['stopped'])} searches: {next(iter(boats['stopped']), '')}"
-        inside = abs(boats["coverage"] - 0.9) <= max(0.03, 3.0 * boats["error"])
+        inside = abs(boats["coverage"] - 0.9) <= max(0.03, 3.0 * (boats["error"] or 0.0))
         yield boats["n"] < N_BOATS or inside, f"{vehicle}: 90 % intervals hold {boats['coverage']:.1%}"

@@ -51,7 +51,7 @@ def draw_coverage(panel, shares: dict) -> None:
         panel.errorbar(
             x,
             [c["mean"] for _, c in places],
-            2.0 * np.nan_to_num([c["error"] for _, c in places]),
+            2.0 * np.array([c["error"] or 0.0 for _, c in places]),
             fmt=MARKERS[name],
             color=COLOURS[name],
             ms=4.5,
