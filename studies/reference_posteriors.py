@@ -235,7 +235,7 @@ def largest(numbers):
 def of_rival(numbers, key, spec):
     """A number of nutpie's, or a dash where it has not got so far."""
     value = numbers[RIVAL].get(key, np.nan)
-    return format(value, spec) if np.isfinite(value) else "–"
+    return format(value, spec) if value is not None and np.isfinite(value) else "–"
 
 
 def claims(numbers):

@@ -84,7 +84,7 @@ def draw_wrong(panel, numbers: dict) -> None:
             (results,) = group["shares"].values()
             if name in results:
                 coverage = results[name]["coverage"][_LEVEL]
-                error = 2.0 * np.nan_to_num(coverage["error"])
+                error = 2.0 * (coverage["error"] or 0.0)
                 panel.errorbar(
                     i + 0.12 * (k - 2), coverage["mean"], error, fmt=MARKERS[name], color=COLOURS[name], ms=4.5, lw=1.0
                 )
