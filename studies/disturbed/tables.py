@@ -158,7 +158,7 @@ def sampling(results: list[dict]) -> dict[str, dict]:
 
 def covered(coverage: dict) -> str:
     """Mean and standard error in words."""
-    return f"{coverage['mean']:.0%} +- {coverage['error'] or 0.0:.1%}"
+    return f"{coverage['mean']:.0%}" + ("" if coverage["error"] is None else f" +- {coverage['error']:.1%}")
 
 
 def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
@@ -178,7 +178,8 @@ def claims(numbers: dict) -> Iterator[tuple[bool, str]]:
         low, high = OF_STRANGERS if r["group"] == STRANGERS else HELD
         miss = max(low - coverage["mean"], coverage["mean"] - high, 0.0)
         what = f"{r['group']}, {r['share']}, {r['likelihood']}"
-        yield not miss > _ERRORS * (coverage["error"] or np.inf), f"{what}: 90 % intervals hold {covered(coverage)}"
+        error = np.inf if coverage["error"] is None else coverage["error"]
+        yield not miss > _ERRORS * error, f"{what}: 90 % intervals hold {covered(coverage)}"
         yield not r["n_failed"], f"{what}: {r['n_failed']} of {r['n_boats']} failed"
     for name in ("log", "track"):
         for share, results in numbers[name]["shares"].items():
