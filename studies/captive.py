@@ -257,10 +257,14 @@ def tables(numbers):
     cells = {
         "vehicle": itemgetter("name"),
         "boats": lambda r: r["boats"]["n"],
-        "in 90 % intervals": lambda r: f"{r['boats']['coverage']:.1%} ± {r['boats']['error'] or 0.0:.1%}",
+        "in 90 % intervals": lambda r: _share(r["boats"]["coverage"], r["boats"]["error"]),
         "known to 5 %": lambda r: f"{r['boats']['known']:.1f}",
     }
     yield from columns(named(numbers), cells)
+
+
+def _share(coverage, error):
+    return f"{coverage:.1%}" + (f" ± {error:.1%}" if error is not None else "")
 
 
 def claims(numbers):

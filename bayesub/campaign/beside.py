@@ -22,18 +22,15 @@ def folders() -> tuple[str, ...]:
 def importable(*places: str | Path) -> None:
     """Put folders of studies first among those that modules are imported from.
 
-    A module that came from the folder of another study is forgotten if these have one of its name.
+    Where that changes the order, modules of all such folders are forgotten, lest one goes on with a namesake.
     """
-    for folder in reversed([str(Path(place).resolve()) for place in places]):
-        if _folders[:1] == [folder] and folder in sys.path:
-            continue
-        for name, (top, home) in _modules().items():
-            if home != folder and (Path(folder, f"{top}.py").is_file() or Path(folder, top).is_dir()):
-                del sys.modules[name]
-        for known in (_folders, sys.path):
-            if folder in known:
-                known.remove(folder)
-            known.insert(0, folder)
+    folders = [str(Path(place).resolve()) for place in places]
+    if _folders[: len(folders)] == folders and set(folders) <= set(sys.path):
+        return
+    for name in _modules():
+        del sys.modules[name]
+    for known in (_folders, sys.path):
+        known[:] = [*folders, *(folder for folder in known if folder not in folders)]
 
 
 def by_value() -> Callable[[Any], bytes]:
@@ -51,7 +48,7 @@ def by_value() -> Callable[[Any], bytes]:
                 return _cached, (obj.__wrapped__, obj.cache_parameters())
             return super().reducer_override(obj)
 
-    tops = {top for top, _ in _modules().values()}
+    tops = {name.partition(".")[0] for name in _modules()}
     modules = [sys.modules[top] for top in tops if top in sys.modules]
 
     def pickled(content: Any) -> bytes:
@@ -72,12 +69,12 @@ def _cached(function, parameters):
     return functools.lru_cache(**parameters)(function)
 
 
-def _modules() -> dict[str, tuple[str, str]]:
-    """Name of each imported module that lies in the folder of a study -> its first name, and the folder."""
-    homes = {}
+def _modules() -> list[str]:
+    """Names of the imported modules that lie in the folder of a study."""
+    names = []
     for name, module in list(sys.modules.items()):
         file = Path(getattr(module, "__file__", None) or "")
         above = name.count(".") + file.name.startswith("__init__.")
         if name != "__main__" and len(file.parents) > above and str(file.parents[above]) in _folders:
-            homes[name] = name.partition(".")[0], str(file.parents[above])
-    return homes
+            names.append(name)
+    return names

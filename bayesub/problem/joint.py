@@ -220,12 +220,9 @@ def _check(problems) -> None:
         raise InputError("a joint problem needs at least one trial", "missing", "problems")
     first, *others = problems
     for problem in others:
-        if problem.vehicle is not first.vehicle or problem.spread != first.spread:
-            raise InputError(
-                "the trials of a joint problem must have the same vehicle, loaded once, and the same prior",
-                "conflict",
-                "problems",
-            )
+        if problem.vehicle != first.vehicle or problem.spread != first.spread:
+            text = "the trials of a joint problem must have the same vehicle and the same prior"
+            raise InputError(text, "conflict", "problems")
         if not np.array_equal(problem.xi, first.xi) or _of_body(problem) != _of_body(first):
             text = "the trials of a joint problem must hold the same coefficients and free the same body"
             raise InputError(text, "conflict", "problems")

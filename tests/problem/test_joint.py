@@ -98,6 +98,13 @@ def test_trials_must_belong_together(trials, suboff, spiral):
         JointProblem({"a": trials["spiral"], "b": other})
     with refused("missing", "problems"):
         JointProblem({})
+    for again in (bs.load_vehicle("suboff"), bs.load_vehicle("auv690")):  # which has been loaded twice, and another
+        other = bs.Problem(again, spiral, record, free=FREE, prior=PRIOR, nuisance=NUISANCE, dt=1.0)
+        if again == suboff:
+            assert JointProblem({"a": trials["spiral"], "b": other}).n_params == trials["spiral"].n_params + 1
+            continue
+        with refused("conflict", "problems"):
+            JointProblem({"a": trials["spiral"], "b": other})
     fewer = bs.Problem(suboff, spiral, record, free=FREE[1:], prior=PRIOR, nuisance=NUISANCE, dt=1.0)
     with refused("conflict", "problems"):  # else one boat would have two values of the first
         JointProblem({"a": trials["spiral"], "b": fewer})

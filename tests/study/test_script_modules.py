@@ -111,8 +111,12 @@ def test_a_change_of_one_makes_a_run_stale(study, tmp_path, name):
 
 
 def test_processes_of_this_machine_import_them(study, tmp_path):
-    """Those that have run another study with modules of the same names too."""
+    """Those that have run another study with modules of the same names, or of one of them, too."""
     executor = Processes(2)
+    former = tmp_path / "former" / "mine.py"
+    former.parent.mkdir()
+    former.write_text("")
+    script.load(former)
     assert bs.run(study, tmp_path / "run", executor=executor).verdict == "claim holds"
     other = tmp_path / "other" / "study.py"
     for name, text in FILES.items():

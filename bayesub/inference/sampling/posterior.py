@@ -39,14 +39,7 @@ class Criteria:
 
 AnyPrior = TypeVar("AnyPrior", bound=InferencePrior)
 STANDARD = Criteria()
-DIAGNOSTICS = (
-    "tau",
-    "rhat",
-    "bulk_ess",
-    "tail_ess",
-    "variance_trend",
-    "unvisited",
-)  # (.., n_params) attributes of a posterior
+DIAGNOSTICS = ("tau", "rhat", "bulk_ess", "tail_ess", "variance_trend", "unvisited")  # of a parameter each
 JUDGED_STEPS = 250  # of each ensemble at least; the chain is thinned to at most twice as many before it is judged
 N_ENSEMBLES = 4  # at least, for R-hat
 LEAST_STEPS = 50  # kept at least before anything is judged
