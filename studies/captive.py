@@ -23,10 +23,11 @@ from pathlib import Path
 import numpy as np
 
 import bayesub as bs
+from bayesub.design.captive import known_by
 from bayesub.inference.baselines import gauss_newton
 from bayesub.report.markdown import columns, named
 from captive import plots
-from captive.runs import PER_HOUR, TEXTBOOK, TWO, Knowledge, Tank, catalogue, choose, posterior, read, write
+from captive.runs import PER_HOUR, TEXTBOOK, TWO, Knowledge, Tank, catalogue, choose, write
 from thesis import cases
 from thesis.coverage import RepeatedTrials
 
@@ -179,11 +180,8 @@ def of_boat(vehicle, chosen, k):
     with tempfile.TemporaryDirectory() as folder:
         table = Path(folder) / "captive.csv"
         write(table, tank, chosen, [tank.measure(j, true, rng) for j in chosen])
-        rows, forces = read(table, boat)
-    measured = replace_runs(tank, rows)
-    mean, sds = boat.xi[places], PRIOR_SD * np.abs(boat.xi[places])
-    centre, covariance = posterior(measured, forces, names, mean, sds)
-    prior = as_prior(boat, names, centre, covariance)
+        known, _, _ = known_by(boat, table)
+    prior = as_prior(boat, known)
     problem = cases.posed(one, flown, cases.tracking_range(boat), rng, model=boat, free=names, prior=prior)
     mode = gauss_newton(problem)  # from the posterior of the table
     scale = np.abs(true[problem.columns])
@@ -196,19 +194,11 @@ def of_boat(vehicle, chosen, k):
     }
 
 
-def replace_runs(tank, runs):
-    """The tank with the rows of a table as its runs, and the errors of its balance."""
-    other = Tank(tank.boat, runs)
-    other.sds = tank.sds
-    return other
-
-
-def as_prior(boat, names, mean, covariance):
+def as_prior(boat, known):
     """The posterior of a table as the prior of a trial, with its correlations."""
-    places, sds = boat.equations.columns(names), np.sqrt(np.diag(covariance))
+    places = boat.equations.columns(known.names)
     xi, sd, correlation = boat.xi.copy(), np.full(len(boat.xi), np.nan), np.eye(len(boat.xi))
-    xi[places], sd[places] = mean, sds
-    correlation[np.ix_(places, places)] = covariance / np.outer(sds, sds)
+    xi[places], sd[places], correlation[np.ix_(places, places)] = known.mean, known.sd, known.correlation
     return bs.priors.from_vehicle(replace(boat, xi=xi, sd=sd, correlation=correlation))
 
 

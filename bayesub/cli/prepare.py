@@ -42,11 +42,20 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
 @click.option("--from", "source", **VEHICLE, help="Start from a copy of this vehicle (built-in name or TOML).")
 @click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
 @click.option("--equations", **EQUATIONS, help="Whose coefficients it has (built-in name or TOML); booth if left out.")
-def vehicle(name: str, output: Path | None, source: str | None, geometry: Path | None, equations: str | None) -> None:
+@click.option("--captive", type=PATH, metavar="TABLE", help="Update coefficients of --from by captive tests (CSV).")
+def vehicle(
+    name: str,
+    output: Path | None,
+    source: str | None,
+    geometry: Path | None,
+    equations: str | None,
+    captive: Path | None,
+) -> None:
     """Write a vehicle file with every coefficient of its equations.
 
     It has the usual keys, and unknown coefficients are zero. With a geometry, added masses and what follows from them
-    are estimated, each with its uncertainty and source.
+    are estimated, each with its uncertainty and source. With a table of captive tests the coefficients of --from become
+    their posterior, for studies to begin with (page priors-and-noise).
     """
     from bayesub.model.equations.files import DEFAULT
     from bayesub.model.hulls import load_hull
@@ -55,6 +64,13 @@ def vehicle(name: str, output: Path | None, source: str | None, geometry: Path |
     for option, value in (("--geometry", geometry), ("--equations", equations)):
         refuse_several({"--from": source, option: value}, option)
     path = output or Path(f"{name}.toml")
+    if captive:
+        if source is None:
+            raise InputError("--captive needs --from VEHICLE, whose coefficients are the prior", "missing", "--from")
+        text, words = files.captive_vehicle(name, source, captive, path)
+        _write(path, text, 'a study of it with [prior] kind = "vehicle" begins with what the tests say')
+        say_rows(words)
+        return
     if source:
         text = files.copied_vehicle(name, source, path)
     else:

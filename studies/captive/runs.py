@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bayesub.design.captive import LABEL, MOTION, PROPELLER
 from bayesub.logs.log_files import positions
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
@@ -18,8 +19,7 @@ from bayesub.model.vehicles import Vehicle
 PHASES = 24  # of a cycle at which an oscillating run measures
 BALANCE = 0.01  # sd of a force, of the largest of that axis in the catalogue
 PER_HOUR = 10.0  # runs
-VELOCITIES, RATES = positions("u", "v", "w", "p", "q", "r"), ("udot", "vdot", "wdot", "pdot", "qdot", "rdot")
-CSV = ("kind", *(f"{name}_prime" for name in ("u", "v", "w", "p", "q", "r", *RATES)))
+VELOCITIES = positions("u", "v", "w", "p", "q", "r")
 TEXTBOOK = ("oblique tow", "planes", "rotating arm", "planar motion")  # the order of a programme
 TWO = "two rotations"  # kind of a run that only a hexapod or a rotary balance can make
 
@@ -169,57 +169,23 @@ class Tank:
 
 
 def write(path: Path, tank: Tank, chosen: list[int], forces: list[dict[str, np.ndarray]]) -> None:
-    """A table of captive runs: dimensionless motion, planes (degrees), n/n0, and forces (N, N m)."""
-    planes = [control.column for control in tank.boat.equations.controls]
+    """A table of captive runs as ``bayesub new vehicle --captive`` reads it; forces of each run are in N and N m."""
+    boat = tank.boat
+    planes = [control.column for control in boat.equations.controls]
+    units = {
+        axis: 0.5 * boat.water_density_kgm3 * boat.speed_mps**2 * boat.length_m ** (2 if axis in "XYZ" else 3)
+        for axis in AXES
+    }
+    headers = [f"{axis}_prime{suffix}" for suffix in ("", "_sd") for axis in AXES]
+    errors = [float(tank.sds[axis] / units[axis]) for axis in AXES]
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
-        table.writerow([*CSV, *planes, "n_over_n0", *(f"{axis}_{'n' if axis in 'XYZ' else 'nm'}" for axis in AXES)])
+        table.writerow([LABEL, *MOTION, *planes, PROPELLER, *headers])
         for k, measured in zip(chosen, forces, strict=True):
             run = tank.runs[k]
             for row, (velocity, rate) in enumerate(zip(run.velocities, run.accelerations, strict=True)):
-                loads = [repr(float(measured[axis][row])) for axis in AXES]
-                table.writerow([run.kind, *velocity, *rate, *np.degrees(run.planes), run.propeller, *loads])
-
-
-def read(path: Path, boat: Vehicle) -> tuple[list[Run], list[np.ndarray]]:
-    """Runs of a table, a row each, and their forces (6,)."""
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    runs, forces = [], []
-    planes = [control.column for control in boat.equations.controls]
-    for row in rows:
-        motion = np.array([float(row[name]) for name in CSV[1:]])
-        angles = tuple(np.radians([float(row[name]) for name in planes]))
-        runs.append(Run(row["kind"], row["kind"], motion[None, :6], motion[None, 6:], angles, float(row["n_over_n0"])))
-        forces.append(np.array([float(row[f"{axis}_{'n' if axis in 'XYZ' else 'nm'}"]) for axis in AXES]))
-    return runs, forces
-
-
-def posterior(tank: Tank, forces: list[np.ndarray], names: list[str], mean: np.ndarray, sds: np.ndarray):
-    """Mean (n,) and covariance (n, n) of coefficients with a normal prior, given the forces (6,) of all runs of a tank.
-
-    Parameters
-    ----------
-    tank : whose runs are rows of a table, with the sds of its balance
-    forces : of each
-    names : of the coefficients, the others are those of the vehicle
-    mean, sds : of the prior (n,)
-    """
-    boat = tank.boat
-    places = boat.equations.columns(names)
-    held = boat.xi.copy()
-    held[places] = 0.0
-    a = np.concatenate([tank.rows(k, names, np.ones(len(names))) for k in range(len(tank.runs))])
-    loads = [
-        (force[i] - (m[axis] @ held[tank.columns[axis]])[0]) / tank.sds[axis]
-        for force, m in zip(forces, tank.matrices, strict=True)
-        for i, axis in enumerate(AXES)
-    ]
-    stacked = np.vstack([a * sds, np.eye(len(names))])
-    right = np.concatenate([np.array(loads) - a @ mean, np.zeros(len(names))])
-    q, r = np.linalg.qr(stacked)
-    inverse = np.linalg.inv(r)
-    return mean + sds * (inverse @ (q.T @ right)), np.outer(sds, sds) * (inverse @ inverse.T)
+                loads = [float(measured[axis][row] / units[axis]) for axis in AXES]
+                table.writerow([run.kind, *velocity, *rate, *np.degrees(run.planes), run.propeller, *loads, *errors])
 
 
 class Knowledge:

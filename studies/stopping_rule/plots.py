@@ -24,7 +24,7 @@ def draw_one_search(path, costs, n_coefficients) -> None:
 
 
 def draw_readings(path, readings, thesis) -> None:
-    """Evaluations for each coefficient, and largest position error: a grey dot a search, a large one the mean.
+    """Evaluations for each coefficient, and largest position error: a grey dot a search, a large one the median.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def draw_readings(path, readings, thesis) -> None:
                 per_search = np.array(r["efforts"]) / r["n_coefficients"], 1e3 * np.array(r["position_m"])
                 values = per_search[words.index(word)]
                 panel.semilogx(values, np.full(len(values), row), "o", ms=3, mew=0, color="#909090")
-                panel.semilogx(values.mean(), row, "o", ms=6, color=style.SQP)
+                panel.semilogx(np.median(values), row, "o", ms=6, color=style.SQP)
             panel.axvline(number, color=style.TRUTH, lw=1.0)
             panel.annotate("thesis", (number, 1.0), (3, 2), ("data", "axes fraction"), "offset points", fontsize=8)
             panel.lines[-1].set_zorder(0)

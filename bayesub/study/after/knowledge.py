@@ -20,8 +20,6 @@ from bayesub.problem.priors import CoefficientPrior, Given
 from bayesub.study.after.finished_run import FinishedRun
 from bayesub.study.new import files
 
-UNTOUCHED = 0.9  # posterior sd over prior sd from which a coefficient is known by the prior alone
-
 
 def coefficients(run: FinishedRun) -> list[int]:
     """Positions of the coefficients among the parameters of a posterior."""
@@ -75,31 +73,12 @@ def vehicle_file(run: FinishedRun, path: Path) -> str:
         document["equations"] = files.relative(path, study.path(beside(study.vehicle, equations)))
     origin = f"posterior of the study '{study.name}' by bayesub {metadata.version('bayesub')}"
     document["reference"] = f"{vehicle.reference.rstrip('. ')}; {origin}" if vehicle.reference else origin
-    table, posterior = document["coefficients"], run.posterior
-    for name, value in prior_of(run)[1].items():
-        table[name] = value
+    posterior = run.posterior
+    document["coefficients"].update(prior_of(run)[1])
     contraction = dict(zip(posterior.names, posterior.contraction.tolist(), strict=True))
-    for name, mean, sd in zip(knowledge.names, knowledge.mean.tolist(), knowledge.sd.tolist(), strict=True):
-        item = tomlkit.inline_table()
-        item.update({"value": mean, "sd": sd})
-        table[name] = item
-        table[name].comment(_remark(contraction.get(name)))
-    document.pop("correlations", None)
-    text = document.as_string().rstrip() + "\n"
-    if len(knowledge.names) > 1:
-        rows = "".join(f"    [{', '.join(map(repr, row))}],\n" for row in knowledge.correlation.tolist())
-        names = ", ".join(f'"{name}"' for name in knowledge.names)
-        text += f"\n[correlations]\ncoefficients = [{names}]\nmatrix = [\n{rows}]\n"
+    text = files.with_knowledge(document, knowledge, contraction)
     said = (line for sentence in _head(run, knowledge) for line in textwrap.wrap(sentence, 116))
     return "".join(f"# {line}\n" for line in said) + text
-
-
-def _remark(contraction: float | None) -> str:
-    if contraction is None:
-        return "no part in the trial; by its correlations"
-    if contraction >= UNTOUCHED:
-        return f"by the prior alone: {contraction:.2g} of its sd"
-    return f"{contraction:.2g} of the prior's sd"
 
 
 def _head(run: FinishedRun, knowledge: Knowledge) -> list[str]:

@@ -6,7 +6,9 @@ Names are checked, a copy of a file has another name, and nothing is overwritten
 import os
 import re
 import textwrap
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import tomlkit
@@ -19,7 +21,11 @@ from bayesub.model.equations import AXES, EquationSet, load_equations
 from bayesub.model.equations.files import DEFAULT, SET_NAME
 from bayesub.model.hulls import Hull
 
+if TYPE_CHECKING:
+    from bayesub.design.knowledge import Knowledge
+
 N_STATIONS = 21  # along the hull of a geometry
+UNTOUCHED = 0.9  # posterior sd over prior sd from which a coefficient is known by the prior alone
 
 
 def check_name(name: str) -> None:
@@ -92,6 +98,52 @@ def copied_vehicle(name: str, source: str, path: Path = Path()) -> str:
     """The text of a vehicle file `path`: the vehicle `source` (built-in name or path) under another name."""
     check_name(name)
     return _copied(name, source, "vehicles", path, "equations")
+
+
+def captive_vehicle(name: str, source: str, table: Path, path: Path) -> tuple[str, list[tuple[str, ...]]]:
+    """The text of a vehicle file `path`, and what was said of each axis.
+
+    It is `source` (built-in name or path) under another name, with what a table of captive tests says (CSV).
+    """
+    from bayesub.design.captive import SD, known_by
+    from bayesub.model.vehicles import load_vehicle
+
+    boat = load_vehicle(source)
+    known, before, words = known_by(boat, table)
+    document = tomlkit.parse(copied_vehicle(name, source, path))
+    origin = f"captive tests of {table.name}"
+    document["reference"] = f"{boat.reference.rstrip('. ')}; {origin}" if boat.reference else origin
+    contraction = dict(zip(known.names, (known.sd / before).tolist(), strict=True))
+    head = f"# Coefficients by {origin}. Their prior had the sds of '{source}', else {SD:g} of the values there.\n"
+    return head + with_knowledge(document, known, contraction), words
+
+
+def with_knowledge(document: tomlkit.TOMLDocument, known: "Knowledge", contraction: Mapping[str, float]) -> str:
+    """The text of a vehicle file with what is known of its coefficients, and posterior over prior sds as remarks.
+
+    ``[prior] kind = "vehicle"`` of a study reads it back.
+    """
+    table = document["coefficients"]
+    for name, mean, sd in zip(known.names, known.mean.tolist(), known.sd.tolist(), strict=True):
+        item = tomlkit.inline_table()
+        item.update({"value": mean, "sd": sd})
+        table[name] = item
+        table[name].comment(_remark(contraction.get(name)))
+    document.pop("correlations", None)
+    text = document.as_string().rstrip() + "\n"
+    if len(known.names) > 1:
+        rows = "".join(f"    [{', '.join(map(repr, row))}],\n" for row in known.correlation.tolist())
+        names = ", ".join(f'"{name}"' for name in known.names)
+        text += f"\n[correlations]\ncoefficients = [{names}]\nmatrix = [\n{rows}]\n"
+    return text
+
+
+def _remark(contraction: float | None) -> str:
+    if contraction is None:
+        return "no part in the trial; by its correlations"
+    if contraction >= UNTOUCHED:
+        return f"by the prior alone: {contraction:.2g} of its sd"
+    return f"{contraction:.2g} of the prior's sd"
 
 
 def geometry(name: str) -> str:

@@ -1,0 +1,136 @@
+"""What captive model tests say of coefficients: the posterior given forces at prescribed motions.
+
+Forces of a model that is towed, turned by a rotating arm or moved by a planar motion mechanism are linear in the
+coefficients. With normal errors and a normal prior their posterior is normal, and exact, without a simulation.
+"""
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from bayesub.design.knowledge import Knowledge, of_moments
+from bayesub.io import toml_files
+from bayesub.io.errors import InputError, check_known, one_line
+from bayesub.logs.log_files import ACCELERATIONS, positions, si_factor
+from bayesub.model.equations import AXES
+from bayesub.model.vehicles import Vehicle
+from bayesub.problem.priors import from_vehicle, relative_normal
+
+VELOCITIES = ("u", "v", "w", "p", "q", "r")
+MOTION = tuple(f"{name}_prime" for name in (*VELOCITIES, *ACCELERATIONS))
+PROPELLER = "n_over_n0"  # its revolutions over those of self-propulsion at the trial speed
+LABEL = "run"  # a column of names, which are not read
+_SPARE = 3  # forces of an axis beyond what they determine, from which their sd is estimated
+SD = 0.25  # of the prior where the file has none, of the value
+_ROUND_OFF = 1e-10  # of the largest singular value, of what is not unique; of the largest force, of errors
+_SMALLEST, _LARGEST = 1e-12, 1e6  # sd of a force, and number
+
+
+def known_by(boat: Vehicle, path: Path) -> tuple[Knowledge, np.ndarray, list[tuple[str, ...]]]:
+    """The posterior of n coefficients given a table of captive tests, their prior sds (n,), and words for each axis.
+
+    The prior has the sds of the vehicle file, else :data:`SD` of the value: what is zero without an sd is held. Errors
+    of forces have the sds of the column ``<axis>_prime_sd``; without it one is estimated from what least squares leave,
+    as large as Student's t is wide.
+
+    InputError for a table that cannot be read, or that has too few forces to estimate their errors.
+    """
+    table, equations = _read(path, boat), boat.equations
+    measured = [axis for axis in AXES if f"{axis}_prime" in table]
+    has_sd = np.isfinite(boat.sd)
+    can = (has_sd | (boat.xi != 0.0)) & (has_sd | [term.axis in measured for term in equations.terms])
+    places, held = np.flatnonzero(can), np.where(can, 0.0, boat.xi)
+    prior = from_vehicle(boat, relative_normal(SD)).on(places, boat.xi, equations)
+    root = prior.chain(np.eye(len(places)), np.zeros(len(places)))
+    forces = _forces(table, boat)
+    derivatives, rests, words = [], [], []
+    for axis in measured:
+        header = f"{axis}_prime"
+        rows = np.isfinite(table[header])
+        matrix, rest = forces[axis][rows][:, can], table[header][rows] - forces[axis][rows] @ held
+        own = np.array([equations.terms[k].axis == axis for k in places])
+        if not own.any() or not rows.any():
+            lack = f"the vehicle has no coefficient of axis {axis} with a value or an sd" if rows.any() else "is empty"
+            raise InputError(f"{path}: column '{header}': {lack}; delete the column", "data", header)
+        said, errors = _fit(axis, path, matrix[:, own], rest, table[f"{header}_sd"][rows])
+        derivatives.append(matrix / errors[:, None])
+        rests.append(rest / errors)
+        words.append((axis, *said))
+    whole = np.concatenate(derivatives)
+    q, r = np.linalg.qr(np.vstack([whole @ root, np.eye(len(places))]))
+    spread = root @ np.linalg.inv(r)
+    mean = prior.mean + spread @ (q[: len(whole)].T @ (np.concatenate(rests) - whole @ prior.mean))
+    names = [equations.names[k] for k in places]
+    return of_moments(names, mean, spread @ spread.T), np.linalg.norm(root, axis=1), words
+
+
+def _fit(
+    axis: str, path: Path, matrix: np.ndarray, rest: np.ndarray, errors: np.ndarray
+) -> tuple[tuple[str, ...], np.ndarray]:
+    """What forces (n,) say by their derivatives (n, n_free), in words, and their sds (n,), estimated if not known."""
+    sizes = np.linalg.norm(matrix, axis=0)
+    s = np.linalg.svd(matrix / np.where(sizes > 0.0, sizes, 1.0), compute_uv=False)
+    kept = s[s > _ROUND_OFF * s[0]]
+    is_known = not np.isnan(errors).any()
+    if not is_known:
+        spare = len(rest) - len(kept)
+        left = rest - matrix @ np.linalg.lstsq(matrix, rest)[0]
+        if spare < _SPARE or not np.abs(left).max() > _ROUND_OFF * np.abs(rest).max():
+            few = f"{len(rest)} forces of axis {axis} are too few to estimate their errors, or have none"
+            raise InputError(f"{path}: {few}; give these as column '{axis}_prime_sd'", "missing", f"{axis}_prime_sd")
+        errors = np.full(len(rest), np.sqrt(np.sum(left**2) / (spare - 2)))
+    condition = f"condition {kept[0] / kept[-1]:.3g}" if len(kept) else ""
+    size = f"errors of {np.median(errors):.2g}{'' if is_known else ', estimated'}"
+    return (f"{len(rest)} forces", f"determine {len(kept)} of {len(sizes)}", condition, size), errors
+
+
+def _forces(table: dict[str, np.ndarray], boat: Vehicle) -> dict[str, np.ndarray]:
+    """Axis -> (n, n_terms) dimensionless forces for coefficients of one."""
+    length, speed, equations = boat.length_m, boat.speed_mps, boat.equations
+    scales = np.array([speed] * 3 + [speed / length] * 3)
+    velocities, accelerations = np.split(np.stack([table[name] for name in MOTION], axis=1), 2, axis=1)
+    states = np.zeros((len(velocities), 12))
+    states[:, positions(*VELOCITIES)] = velocities * scales
+    controls = [table[control.column] * si_factor(control.column) for control in equations.controls]
+    controls.append(table[PROPELLER] * speed)
+    moved = states, accelerations * scales * speed / length, np.stack(controls, axis=1), boat.constants
+    found = {}
+    for axis, block in equations.regressors(*moved).items():
+        columns = equations.columns(equations.names_of_axis(axis))
+        found[axis] = np.zeros((len(block), len(boat.xi)))
+        unit = 0.5 * boat.water_density_kgm3 * speed**2 * length ** (2 if axis in "XYZ" else 3)
+        found[axis][:, columns] = block * boat.dimensional_factors[columns] / unit
+    return found
+
+
+def _read(path: Path, boat: Vehicle) -> dict[str, np.ndarray]:
+    """Column -> (n,) cells of a table of captive runs; motions and controls that it leaves out are zero."""
+    import pandas as pd
+
+    forces = [f"{axis}_prime" for axis in AXES if boat.equations.names_of_axis(axis)]
+    sds = [f"{name}_sd" for name in forces]
+    defaults = dict.fromkeys((*MOTION, *(control.column for control in boat.equations.controls)), 0.0)
+    defaults |= {PROPELLER: 1.0} | dict.fromkeys(sds, np.nan)
+    options = {"skip_blank_lines": False, "skipinitialspace": True, "encoding": "utf-8-sig", "index_col": False}
+    try:
+        with toml_files.reading(path), warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
+            cells = pd.read_csv(path, dtype=str, **options).dropna(how="all").drop(columns=LABEL, errors="ignore")
+    except (ValueError, pd.errors.ParserWarning) as error:
+        raise InputError(f"{path}: is no table with a header and commas: {one_line(str(error))}", "format") from None
+    for name in cells:
+        check_known(name, (*defaults, *forces, LABEL), f"{path}: unknown column '{name}'")
+    if not (cells.columns.isin(forces).any() and "u_prime" in cells):
+        name = "u_prime" if "u_prime" not in cells else forces[0]
+        raise InputError(f"{path}: column '{name}' is missing", "missing", name)
+    numbers = cells.apply(pd.to_numeric, errors="coerce").astype(float)
+    for name, column in numbers.items():
+        least, most = (_SMALLEST if name in sds else -np.inf), min(toml_files.largest(name), _LARGEST)
+        is_right = (column >= least) & (column.abs() <= most) | (cells[name].isna() & (name in forces))
+        for line in column.index[~is_right][:1]:
+            what = f"from {_SMALLEST:g} to" if name in sds else "of at most"
+            found = "nothing" if pd.isna(cells[name][line]) else cells[name][line]
+            text = f"{path}: line {line + 2}, column '{name}': must be a number {what} {most:g}, found {found}"
+            raise InputError(text, "value", name)
+    table = {name: np.full(len(numbers), value) for name, value in defaults.items()}
+    return table | {name: column.to_numpy() for name, column in numbers.items()}
