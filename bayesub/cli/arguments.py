@@ -73,7 +73,8 @@ def refuse_overwriting(output: Path, *inputs: Path | str | None) -> None:
 page_folder = click.option(
     "-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder for page, numbers and figures."
 )
-seed_option = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of everything random.")
+SEED: dict[str, Any] = {"type": click.IntRange(0), "default": 0, "show_default": True}
+seed_option = click.option("--seed", **SEED, help="Of everything random.")
 verbose_option = click.option("--verbose", is_flag=True, help="Every sentence of the report too.")
 pdf_option = click.option("--pdf", is_flag=True, help="Draw every figure as PDF too.")
 force_option = click.option("--force", is_flag=True, help="Replace what is in the folder.")

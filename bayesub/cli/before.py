@@ -70,9 +70,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
 @click.option("--sensors", metavar="NAME", help="Write what these instruments log instead: a preset, or a TOML file.")
 @click.option("--perturb", type=float, metavar="SD", help="Fly coefficients off by this, relative to the file.")
 @click.option("--disturbance", type=PATH, metavar="FILE", help="Fly with random forces that the equations leave out.")
-@click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of --sensors, --perturb and --disturbance."
-)
+@click.option("--seed", **arguments.SEED, help="Of --sensors, --perturb and --disturbance.")
 def simulate(vehicle: str, manoeuvre: str, output: Path, subproblem: str | None, **options: Any) -> None:
     """Simulate a VEHICLE (built-in name or TOML) on a MANOEUVRE (built-in name, TOML or control-history CSV).
 
@@ -112,11 +110,9 @@ def rank(vehicle: str, manoeuvre: str, subproblem: str | None, as_json: bool) ->
     say(ranked.title)
     rows: list[tuple[str, ...]] = [("axis", "coefficients", "not unique", "ill-conditioned", "condition number")]
     for axis, r in ranked.ranks.items():
-        counts = (r.columns, r.null_dimension, r.rank - r.practical_rank)
-        rows.append((axis, *map(str, counts), f"{r.condition:.1e}"))
+        rows.append((axis, *map(str, (r.columns, r.null_dimension, r.rank - r.practical_rank)), f"{r.condition:.1e}"))
     say_rows(rows)
-    for line in ranked.lines:
-        say_rows([(line,)], indent="")
+    say_rows(((line,) for line in ranked.lines), indent="")
 
 
 def in_minutes(_context: click.Context, _option: click.Parameter, text: str | None) -> float | None:
@@ -205,8 +201,7 @@ def design(
         with executor_of(dask) as executor, Bars() as bars:
             design_trial(request, output, resume=resume, force=force, progress=bars, executor=executor)
     except RunInterrupted:
-        words = [word for word in sys.argv[1:] if word not in ("--force", "--resume")]
-        interrupted(["bayesub", *words, "--resume"])
+        interrupted(["bayesub", *(word for word in sys.argv[1:] if word not in ("--force", "--resume")), "--resume"])
     say(f"page: {output / 'design.html'}")
 
 
@@ -230,28 +225,22 @@ def bench(quick: bool, as_json: bool) -> None:
 def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
     """Title -> rows, heads first, of what :func:`bayesub.study.before.bench.run` returns; a title may be all."""
     n, alone = numbers["batch"], {r["threads"]: r["seconds"] for r in numbers["log_likelihoods"] if r["noise"] is None}
+
+    def timed(row, what, form, times=1):
+        ratio = row["seconds"] / alone[row["threads"]] * times
+        return what, str(row["threads"]), f"{1e3 * row['seconds']:.2f}", format(ratio, form)
+
+    batches = [
+        (f"{size}", f"{1e3 * s:.3g}", f"{1e6 * s / size:.1f}", f"{size / s:,.0f}", f"{n_bytes / 1e6:.2f}")
+        for size, s, n_bytes in map(itemgetter("size", "seconds", "bytes"), numbers["batches"])
+    ]
+    jacobians = [timed(row, str(row["coefficients"]), ".0f", n) for row in numbers["jacobians"]]
+    noises = [timed(row, row["noise"] or "simulations alone", ".2f") for row in numbers["log_likelihoods"]]
+    title = f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}"
     shown: dict[str, list[tuple[str, ...]]] = {
-        f"600 s spiral of suboff, steps of {numbers['step_s']:g} s, threads: {numbers['threads']}": [
-            ("batch", "ms", "us a simulation", "simulations/s", "MB"),
-            *(
-                (f"{size}", f"{1e3 * s:.3g}", f"{1e6 * s / size:.1f}", f"{size / s:,.0f}", f"{n_bytes / 1e6:.2f}")
-                for size, s, n_bytes in map(itemgetter("size", "seconds", "bytes"), numbers["batches"])
-            ),
-        ],
-        "Exact sensitivities": [
-            ("coefficients", "threads", "ms a Jacobian", "in simulations"),
-            *(
-                (str(row["coefficients"]), *_timed(row, f"{row['seconds'] / alone[row['threads']] * n:.0f}"))
-                for row in numbers["jacobians"]
-            ),
-        ],
-        f"Log likelihoods, batch of {n}": [
-            ("noise", "threads", "ms a batch", "over the simulations alone"),
-            *(
-                (row["noise"] or "simulations alone", *_timed(row, f"{row['seconds'] / alone[row['threads']]:.2f}"))
-                for row in numbers["log_likelihoods"]
-            ),
-        ],
+        title: [("batch", "ms", "us a simulation", "simulations/s", "MB"), *batches],
+        "Exact sensitivities": [("coefficients", "threads", "ms a Jacobian", "in simulations"), *jacobians],
+        f"Log likelihoods, batch of {n}": [("noise", "threads", "ms a batch", "over the simulations alone"), *noises],
     }
     if "cold_s" in numbers:
         shown["first simulation: {cold_s:.1f} s with compilation, {warm_s:.1f} s without".format(**numbers)] = []
@@ -260,7 +249,3 @@ def tables(numbers: dict[str, Any]) -> dict[str, list[tuple[str, ...]]]:
     for title, heads, seconds in ((*titles[key], numbers[key]) for key in titles if key in numbers):
         shown[title] = [heads, *((name, f"{taken:.2f}") for name, taken in seconds.items())]
     return shown
-
-
-def _timed(row: dict[str, Any], ratio: str) -> tuple[str, str, str]:
-    return str(row["threads"]), f"{1e3 * row['seconds']:.2f}", ratio

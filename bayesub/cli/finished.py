@@ -178,8 +178,8 @@ def next_(
     instrument, another manoeuvre, which a short search finds, and a value from a towing tank.
     """
     from bayesub.logs.log_files import write_log
+    from bayesub.study.after.design import prescribe
     from bayesub.study.after.finished_run import finished_run
-    from bayesub.study.after.prescription import prescribe
 
     if output is not None:
         arguments.refuse_overwriting(output, limits)

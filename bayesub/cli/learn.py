@@ -88,8 +88,7 @@ def _listed(by_topic: dict[str, Page]) -> list[str]:
     """The list of pages, a line each, grouped by kind."""
     lines: list[str] = []
     for kind, title in KINDS.items():
-        pages_of_kind = [(page.topic, page.summary) for page in by_topic.values() if page.kind == kind]
-        lines += [title, *aligned(pages_of_kind), ""]
+        lines += [title, *aligned((page.topic, page.summary) for page in by_topic.values() if page.kind == kind), ""]
     return [*lines, "bayesub manual TOPIC shows a page."]
 
 

@@ -75,8 +75,7 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
         kept = ("quick", "cross_check", "leave_out", "pdf", "keep_stale")
         words = [f"--{key.replace('_', '-')}" for key in kept if options[key]] + (["--dask", dask] if dask else [])
         place = str((output or Path("runs")) if source.is_dir() else error)
-        again = ["bayesub", "run", str(source), "-o", place, *words, *([] if source.is_dir() else ["--resume"])]
-        interrupted(again)
+        interrupted(["bayesub", "run", str(source), "-o", place, *words, *([] if source.is_dir() else ["--resume"])])
     if as_json:
         found = [result.to_json() | {"glance": result.numbers.get("glance")} for result in results]
         click.echo(json.dumps(found, indent=2))

@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.findings.comparison import Comparison
 from bayesub.findings.unseen import POSTERIOR
 from bayesub.findings.verdicts import STATUS
-from bayesub.io.words import cell, uncertain, with_unit
+from bayesub.io.words import cell, listed, uncertain, with_unit
 from bayesub.report.page import ReportFigure, Sheet, Table, Verdict
 from bayesub.report.plots import coefficients, motion
 
@@ -42,7 +42,6 @@ def figures(comparison: Comparison) -> list[ReportFigure]:
             for place, (label, colour, trial) in enumerate(flown)
         ]
         orders = trials[0].readings.trial.problem.manoeuvre, trials[0].vehicle.actuators
-        states = trials[0].states
         pictures += [
             ReportFigure(
                 "track",
@@ -55,7 +54,7 @@ def figures(comparison: Comparison) -> list[ReportFigure]:
                 "states",
                 f"Medians and 90 % bands by each posterior, on the right less the median of {drawn[0].label}. Below: "
                 "the orders.",
-                lambda path: motion.draw_states(path, drawn, drawn[0].label, states, *orders),
+                lambda path: motion.draw_states(path, drawn, drawn[0].label, trials[0].states, *orders),
                 title=f"Every state on {comparison.manoeuvre}",
             ),
         ]
@@ -74,13 +73,12 @@ def _ratios(comparison: Comparison, places: Mapping[str, int]) -> dict[str, dict
         values = np.asarray(values)
         return np.sort(values / reference if reference else 1.0 + (values - centre) / sd).tolist()
 
-    result = {}
+    result: dict[str, dict] = {}
     for label, at in places.items():
         posterior = by_label[label].posterior
         prior = posterior.prior_mean[at] + posterior.prior_sd[at] * np.array([-_PRIOR_90, _PRIOR_90])
-        quantiles = ratios(by_label[label].quantiles[:, at])
-        contraction = float(posterior.contraction[at])
-        result[label] = {"ratios": quantiles, "prior_ratios": ratios(prior), "contraction": contraction}
+        result[label] = {"ratios": ratios(by_label[label].quantiles[:, at]), "prior_ratios": ratios(prior)}
+        result[label]["contraction"] = float(posterior.contraction[at])
     return result
 
 
@@ -102,8 +100,7 @@ def sheet(comparison: Comparison, **about) -> Sheet:
         values = ("" if run.get(key) is None else run[key] for run in runs.values())
         rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])
     rows.append(["parameters of the boat", *(str(run["n_parameters"]) for run in runs.values())])
-    about_runs = Table("Runs", ["run", *runs], rows, list(runs))
-    parts: list[ReportFigure | Table] = [about_runs, *differences, coefficients]
+    parts: list[ReportFigure | Table] = [Table("Runs", ["run", *runs], rows, list(runs)), *differences, coefficients]
     parts += [_distances_table(comparison), *others]
     if others:
         parts.append(_predictions_table(comparison))
@@ -114,10 +111,9 @@ def sheet(comparison: Comparison, **about) -> Sheet:
         rows.append([name, label, uncertain(one["mean"], one["sd"]), f"{one['contraction']:.2f}", known])
     heads = ["parameter", "run", "mean ± sd", "posterior / prior sd", "the same if all others were known"]
     parts.append(Table("Every parameter", heads, rows, ["run"]))
-    title = " and ".join([", ".join(labels[:-1]), labels[-1]])
     question = "What do these posteriors say of the same coefficients, and of the same manoeuvre?"
     facts = {"Differences": "" if differences else "None between the studies and the code."}
-    return Sheet(f"{title} compared", question, verdicts, facts, parts, **about)
+    return Sheet(f"{listed(labels)} compared", question, verdicts, facts, parts, **about)
 
 
 def _distances_table(comparison: Comparison) -> Table:

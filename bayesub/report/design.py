@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -45,8 +46,17 @@ def write(folder: Path, design: DesignedTrial) -> dict:
 def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
     """The figures of a :class:`bayesub.findings.designed_trial.DesignedTrial`, in the order of the page."""
     n = len(design.manoeuvres)
+    dives = design.judge.vehicle.equations.subproblem(design.judge.subproblem) != "horizontal"
     for k, manoeuvre in enumerate(design.manoeuvres, start=1):
-        yield _manoeuvre(design, manoeuvre, "" if n == 1 else f"_{k}", "" if n == 1 else f" {k}")
+        suffix = "" if n == 1 else f"_{k}"
+        yield ReportFigure(
+            f"orders{suffix}",
+            f"Right, the orders of manoeuvre{suffix}.csv. Left, where the boat goes (blue), and "
+            f"{len(design.plan.range.sets) - 1} boats that the prior holds possible (grey)."
+            + (" Dashed: the depth band." if dives else ""),
+            partial(_draw_manoeuvre, design=design, manoeuvre=manoeuvre),
+            title=f"Manoeuvre{suffix.replace('_', ' ')}",
+        )
     if any(design.margins):
         yield ReportFigure(
             "margins",
@@ -81,18 +91,6 @@ def figures(design: DesignedTrial) -> Iterator[ReportFigure]:
     )
 
 
-def _manoeuvre(design, manoeuvre, suffix, number) -> ReportFigure:
-    dives = design.judge.vehicle.equations.subproblem(design.judge.subproblem) != "horizontal"
-    return ReportFigure(
-        f"orders{suffix}",
-        f"Right, the orders of manoeuvre{suffix}.csv. Left, where the boat goes (blue), and "
-        f"{len(design.plan.range.sets) - 1} boats that the prior holds possible (grey)."
-        + (" Dashed: the depth band." if dives else ""),
-        lambda path: _draw_manoeuvre(path, design, manoeuvre),
-        title=f"Manoeuvre{number}",
-    )
-
-
 def _draw_manoeuvre(path: style.Paths, design: DesignedTrial, manoeuvre: Any) -> None:
     """The track from above and the depth of all flights that come to their end, and the orders."""
     at, states, whole = design.plan.range.flown(manoeuvre)
@@ -101,12 +99,9 @@ def _draw_manoeuvre(path: style.Paths, design: DesignedTrial, manoeuvre: Any) ->
     headers = {log_files.HEADERS.get(name, name): name for name in manoeuvre.log}
     change, depth = design.plan.range.limits.depth_change_m, design.judge.vehicle.depth_m
     dives = np.nanmax(np.ptp(states[0][:, Z])) > 1e-6
-    rows: list = [["track", column] for column in columns]
-    if dives and len(columns) == 1:
-        rows = [["track", columns[0]], ["depth", columns[0]]]
-    elif dives:
-        above = -(-len(columns) // 2)
-        rows = [["track" if k < above else "depth", column] for k, column in enumerate(columns)]
+    beside = 2 * columns if dives and len(columns) == 1 else columns
+    above = -(-len(beside) // 2) if dives else len(beside)
+    rows: list = [["track" if k < above else "depth", column] for k, column in enumerate(beside)]
     with style.figure(path, 9.0, max(4.4, 1.4 * len(rows))) as figure:
         axes = figure.subplot_mosaic(rows, width_ratios=[1.0, 1.25])
         axis = axes["track"]
@@ -126,8 +121,7 @@ def _draw_manoeuvre(path: style.Paths, design: DesignedTrial, manoeuvre: Any) ->
             orders = manoeuvre.log[headers[column]] / log_files.si_factor(column)
             axes[column].plot(manoeuvre.times, orders, color=colour, lw=1.1)
             name, _, unit = with_unit(column).rpartition(" ")
-            axes[column].set_ylabel(f"{name}\n{unit}" if name else unit)
-            axes[column].set_xlim(0.0, manoeuvre.times[-1])
+            axes[column].set(ylabel=f"{name}\n{unit}" if name else unit, xlim=(0.0, manoeuvre.times[-1]))
             axes[column].tick_params(labelbottom=column == columns[-1])
         axes[columns[-1]].set_xlabel("time (s)")
 
@@ -154,10 +148,8 @@ def _draw_sds(path: style.Paths, design: DesignedTrial) -> None:
             panel.plot(sds, places, "o", color=style.POSTERIOR, ms=3.8, label="after this trial")
             for share in SHARES:
                 panel.axvline(100.0 * share, color=style.TRUTH, lw=0.6, ls=":")
-            panel.set_xscale("log")
-            panel.set_xlim(low, high)
             ticks = [t for t in (0.01, 0.1, 1.0, 5.0, 10.0, 25.0, 100.0) if low <= t <= high]
-            panel.set_xticks(ticks, [f"{t:g}" for t in ticks])
+            panel.set(xscale="log", xlim=(low, high), xticks=ticks, xticklabels=[f"{t:g}" for t in ticks])
             panel.minorticks_off()
             style.show_rows(panel, names[part], n_rows, fontsize=7.5)
             panel.set_xlabel("expected sd (% of the value)")
@@ -169,20 +161,16 @@ def _draw_margins(path: style.Paths, margins: Sequence[Sequence]) -> None:
     rows = [(k, margin) for k, of_one in enumerate(margins) for margin in of_one]
     with style.figure(path, 9.0, 1.0 + 0.3 * len(rows)) as figure:
         axis = figure.subplots()
-        lowest = min(-110.0, *(100.0 * m.excess[0] - 10.0 for _, m in rows)) if rows else -110.0
-        lowest = max(lowest, -160.0)
+        lowest = max(min([-110.0, *(100.0 * m.excess[0] - 10.0 for _, m in rows)]), -160.0)
         for place, (_, margin) in enumerate(rows):
             excess = np.clip(100.0 * margin.excess, lowest + 3.0, BEYOND - 3.0)
             axis.plot(excess[1:], np.full(len(excess) - 1, place), "|", color="#808080", ms=9, mew=0.8)
             axis.plot(excess[0], place, "o", color=style.POSTERIOR, ms=6)
         axis.axvline(0.0, **_LIMIT)
         axis.axvspan(0.0, BEYOND, color=style.SQP, alpha=0.12, lw=0)
-        axis.set_xlim(lowest, BEYOND)
-        names = [f"{with_unit(margin.key)}: {margin.limit:.4g}" for _, margin in rows]
-        if len(margins) > 1:
-            names = [f"{k + 1}: {name}" for (k, _), name in zip(rows, names, strict=True)]
-        style.show_rows(axis, names)
-        axis.set_xlabel("beyond the limit (% of it; negative: within)")
+        axis.set(xlim=(lowest, BEYOND), xlabel="beyond the limit (% of it; negative: within)")
+        several = len(margins) > 1
+        style.show_rows(axis, [f"{f'{k + 1}: ' * several}{with_unit(m.key)}: {m.limit:.4g}" for k, m in rows])
 
 
 def _draw_search(path: style.Paths, design: DesignedTrial, cost: str) -> None:
@@ -193,8 +181,7 @@ def _draw_search(path: style.Paths, design: DesignedTrial, cost: str) -> None:
             judged = found.n_judgements // max(1, len(found.best)) * np.arange(1, len(found.best) + 1)
             flown = found.best < 1e3  # what no boat flies has no place on the axis
             axis.plot(judged[flown], found.best[flown], color=colour, label=kind)
-        axis.set(xlabel="manoeuvres judged", ylabel=cost)
-        axis.set_xscale("log")
+        axis.set(xlabel="manoeuvres judged", ylabel=cost, xscale="log")
         axis.legend(fontsize=8)
 
 
@@ -208,8 +195,7 @@ def _draw_worth(path: style.Paths, design: DesignedTrial) -> None:
         left, right = figure.subplots(1, 2, width_ratios=[1.0, 1.1])
         left.plot(minutes, once, "o-", color=style.POSTERIOR, ms=4, label="as designed")
         left.plot(minutes.max() + minutes, again, "--", color=style.POSTERIOR, label="the same again")
-        left.set(xlabel="length of the trial (min)", ylabel=label)
-        left.set_ylim(bottom=0.0)
+        left.set(xlabel="length of the trial (min)", ylabel=label, ylim=(0.0, None))
         left.legend(loc="lower right", fontsize=8)
         colours = [style.PRIOR if name.startswith("without") else style.READINGS for name in design.sensors]
         right.barh(range(len(sensors)), sensors, color=colours, height=0.65)

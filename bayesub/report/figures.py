@@ -42,8 +42,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
     both = zip(problem.each_trial(results.prior_predictive), problem.each_trial(results.draws), strict=True)
     for k, ((name, part, before), (*_, after)) in enumerate(both):
         yield from fan_figure(name, part, before, after, is_first=k == 0)
-    for forces in results.forces:
-        yield disturbance_figure(forces)
+    yield from map(disturbance_figure, results.forces)
     yield from _ill_conditioning(results, reference, word, found)
     names = [f"{sample.names[k]} (R-hat {sample.rhat[k]:.4f})" for k in checks.worst(sample)]
     yield ReportFigure(
@@ -75,9 +74,7 @@ def figures(results: Results, reference: np.ndarray, word: str, baselines: list[
             "normal approximation: the way above is the best for all together.",
             lambda path: derived.draw_ways(path, results.prescription),
         )
-    for unseen in results.predictions:
-        if unseen.posterior.is_flown:
-            yield prediction_figure(unseen)
+    yield from (prediction_figure(unseen) for unseen in results.predictions if unseen.posterior.is_flown)
     if results.check is not None:
         yield ReportFigure(
             "cross_check",
@@ -163,15 +160,13 @@ def _directions(results, found) -> ReportFigure:
 def _found(results, baselines: list[dict]) -> list[Found]:
     """The solutions of the baselines, searches first; what one does not find is at its prior mean."""
     sample, found = results.summary, []
-    both = zip(results.estimates, baselines, strict=False)
-    order = sorted(both, key=lambda one: one[0].method != "SQP")
+    order = sorted(zip(results.estimates, baselines, strict=False), key=lambda one: one[0].method != "SQP")
     for (estimate, numbers), (marker, colour) in zip(order, MARKS, strict=False):
         fits = np.array(numbers["chi_square_per_reading"]) < FITS
         values = np.tile(sample.prior_mean, (len(fits), 1))
         inside = np.array([[name not in names for name in sample.names] for names in numbers["at_bounds"]])
-        for k, name in enumerate(sample.names):
-            if name in estimate.names:
-                values[:, k] = estimate.solutions[:, estimate.names.index(name)]
+        _, places, columns = np.intersect1d(sample.names, estimate.names, return_indices=True)
+        values[:, places] = estimate.solutions[:, columns]
         method = estimate.method if estimate.method != "SQP" else f"SQP, {counted(len(values), 'start')}"
         of_several = "all fit" if fits.all() else f"{fits.sum()} fit" if fits.any() else "none fits"
         of_one = "fits" if fits.all() else "does not fit"

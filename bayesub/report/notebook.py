@@ -81,9 +81,7 @@ def directions(shown: Spectrum) -> str:
 
 def estimate(shown: Estimate) -> str:
     """The best solution."""
-    sds = np.full(len(shown.names), np.nan)
-    if shown.covariance is not None:
-        sds = np.sqrt(np.diag(shown.covariance))
+    sds = np.full(len(shown.names), np.nan) if shown.covariance is None else np.sqrt(np.diag(shown.covariance))
     facts = (
         f"{len(shown.solutions)} {'starts' if len(shown.solutions) > 1 else 'start'}, {shown.evaluations} simulations, "
         f"{shown.seconds:.3g} s; least cost {shown.costs[0]:.6g}: {shown.statuses[0]}"

@@ -186,8 +186,7 @@ class Drawings:
         body = re.sub(r'style="([^"]*)"', self._style, body).replace("xlink:href", "href")
         body = re.sub(r'\bd="([^"]*)"', lambda match: f'd="{_path(match[1])}"', body)
         body = re.sub(r'translate\([^)]*\)|\b(?:x|y|width|height)="[^"]*"', lambda match: _round(match[0]), body)
-        body = self._own_names(body)
-        body = re.sub(r">\s+<", "><", body)
+        body = re.sub(r">\s+<", "><", self._own_names(body))
         while (shorter := _EMPTY.sub("", body)) != body:
             body = shorter
         return Drawing(_round(box), round(float(box.split()[2]) * _INCH / 72), Markup(body.strip()))

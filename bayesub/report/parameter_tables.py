@@ -60,11 +60,10 @@ def columns(numbers: Mapping[str, Any], word: str) -> list[Column]:
 
     si = [(row["mean"] * row["si_factor"], row["sd"] * row["si_factor"]) for row in own]
     in_si = [f"{words.uncertain(*pair)} {row['si_unit']}" for pair, row in zip(si, own, strict=True)]
-    multiplies, meanings = [], []
+    multiplies = []
     for term, row in zip(numbers["glossary"], own, strict=True):
         factor = "" if row["unit"] else f"{words.powers(term['factor'])} · "
         multiplies.append(Markup("{}{}").format(factor, page.product(term["regressor"])))
-        meanings.append(term["meaning"])
     return [
         Column("value", f"mean ± sd{times}", digits("mean", by=words.uncertain)),
         Column("value", "sd / mean (%)", [f"{100.0 * row['relative_sd']:.2g}" for row in own]),
@@ -83,7 +82,7 @@ def columns(numbers: Mapping[str, Any], word: str) -> list[Column]:
         Column("sampling", "bulk ESS", each("{:.0f}", "bulk_ess")),
         Column("sampling", "tail ESS", each("{:.0f}", "tail_ess")),
         Column("sampling", "tau (steps)", each("{:.0f}", "tau_steps")),
-        Column("meaning", "meaning", meanings),
+        Column("meaning", "meaning", [term["meaning"] for term in numbers["glossary"]]),
     ]
 
 

@@ -14,18 +14,16 @@ def figures(prediction: PredictedTrial) -> list[ReportFigure]:
     """The figures of the page; of a posterior that does not complete the motion none."""
     if not prediction.motions[POSTERIOR].is_flown:
         return []
-    trial = prediction.readings.trial
     flown = {by: one for by, one in prediction.motions.items() if one.is_flown}
-    looks = {PRIOR: (_GREY, (0.9,)), SQP: (style.SQP, ())}
-    others = [(by, look) for by, look in looks.items() if by in flown]
     drawn = [
         motion.Drawn(by, colour, flown[by], bands, is_framed=False, turn=(0, 1) if bands else (1, 2))
-        for by, (colour, bands) in others
+        for by, colour, bands in ((PRIOR, _GREY, (0.9,)), (SQP, style.SQP, ()))
+        if by in flown
     ]
     drawn.append(motion.Drawn(POSTERIOR, style.POSTERIOR, flown[POSTERIOR]))
     lines, dashes = (" Orange: SQP.", " Orange, dashed: SQP.") if SQP in flown else ("", "")
     words = "Blue: 50 and 90 % of the posterior, and its median. Grey: 90 % of the prior, and its median."
-    problem, warm_up = trial.problem, trial.warm_up_s
+    problem, warm_up = prediction.readings.trial.problem, prediction.readings.trial.warm_up_s
     pictures = [
         ReportFigure(
             "track",
@@ -45,14 +43,12 @@ def figures(prediction: PredictedTrial) -> list[ReportFigure]:
         ),
     ]
     if prediction.readings.predictions and prediction.readings.posterior.is_flown:
-        channels = problem.record.channels
-        predictions = prediction.readings.predictions
         pictures.append(
             ReportFigure(
                 "readings",
                 "Readings (black) and the bands that are to hold 50 and 90 % of them, on the right less the mean "
                 f"prediction. Green: the middle of the prior.{lines}",
-                lambda path: track.draw_unseen(path, channels, predictions, warm_up),
+                lambda path: track.draw_unseen(path, problem.record.channels, prediction.readings.predictions, warm_up),
                 title="Readings that were held back",
             )
         )
@@ -76,9 +72,7 @@ def sheet(prediction: PredictedTrial, **about) -> Sheet:
     parts: list[ReportFigure | Table] = [*pictures[2:], *pictures[:2]]
     if pictures:
         parts.append(_states_table(numbers["motion"]["states"]))
-    for log in numbers["predictions"]:
-        if log["channels"]:
-            parts.insert(1, _scores_table(log))
+    parts[1:1] = [_scores_table(log) for log in numbers["predictions"] if log["channels"]]
     draws = ", ".join(f"{by} {n}" for by, n in numbers["motion"]["draws"].items() if by in (POSTERIOR, PRIOR))
     facts = {"Vehicle": prediction.vehicle.name, "Water": prediction.water, "Draws": draws}
     last = f"{numbers['motion']['last_s']:.4g} s"
@@ -94,10 +88,9 @@ def _states_table(states: dict) -> Table:
     rows = []
     for column, by in states.items():
         row = [with_unit(column), cell(by[POSTERIOR]["median_at_end"], 4)]
-        row += [cell(by[POSTERIOR][key]) for key in ("half_width_at_end", "half_width")]
-        row += [cell(by[PRIOR][key]) for key in ("half_width_at_end", "half_width")] if PRIOR in by else []
-        row += [cell(by[SQP]["off"])] if SQP in by else []
-        rows.append(row)
+        whose = [by[who] for who in (POSTERIOR, PRIOR) if who in by]
+        row += [cell(one[key]) for one in whose for key in ("half_width_at_end", "half_width")]
+        rows.append(row + ([cell(by[SQP]["off"])] if SQP in by else []))
     return Table("How well each state is known", heads, rows)
 
 

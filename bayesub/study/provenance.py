@@ -101,8 +101,7 @@ def sources_change(saved: dict, config: dict) -> str:
 
 def versions_change(saved: dict, config: dict) -> str:
     """The first version that is another than that by which a run was made; empty if all are the same."""
-    before, now = (settings({"versions": content.get("versions", {})}) for content in (saved, config))
-    return _first_difference(before, now)
+    return _first_difference(*(settings({"versions": content.get("versions", {})}) for content in (saved, config)))
 
 
 def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:

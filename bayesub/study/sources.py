@@ -218,8 +218,7 @@ class _Package:
             parts = [*self.lazy[parts[1]].split("."), *parts[2:]]
         found = {".".join(parts[:k]) for k in range(1, len(parts) + 1)} & self.digests.keys()
         if parts[-1] == "*":
-            above = ".".join(parts[:-1])
-            found |= {module for module in self.digests if module.startswith(f"{above}.")}
+            found |= {module for module in self.digests if module.startswith(f"{'.'.join(parts[:-1])}.")}
         return found
 
 

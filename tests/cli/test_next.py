@@ -10,7 +10,7 @@ from support import refusals
 from bayesub.findings.verdicts import IN_CONFLICT, STATUS, in_words
 from bayesub.inference.sampling import posterior_file
 from bayesub.io.errors import InputError
-from bayesub.study.after import design, prescription
+from bayesub.study.after import design
 from bayesub.study.after.finished_run import finished_run
 from bayesub.study.run.prescribed import judge_of_next
 
@@ -77,7 +77,7 @@ def test_a_boat_that_may_move_no_control_is_told_what_needs_none(bayesub, finish
     def none(*_):
         raise InputError("suboff: has no control that may move; give limits of one", "missing", "limits")
 
-    monkeypatch.setattr(prescription, "families", none)
+    monkeypatch.setattr(design, "families", none)
     status, out, err = bayesub("next", str(finished()), "--json")
     assert status == 0, err
     assert all(set(one["after"]) and "another" not in str(one) for one in json.loads(out).values())

@@ -7,7 +7,7 @@ import numpy as np
 from bayesub.findings.data_card import DataCard
 from bayesub.findings.vehicle_card import VehicleCard
 from bayesub.io import toml_files
-from bayesub.io.words import powers
+from bayesub.io.words import counted, powers
 from bayesub.logs.log_files import STATES, positions
 from bayesub.report.plots import style
 from bayesub.report.plots.coefficients import labels
@@ -34,8 +34,7 @@ def _draw_vehicle(card, path):
         _draw_turn(axes, card)
         _draw_dive(axes, card)
         _draw_coefficients(below, card)
-        n = len(card.warnings)
-        count = "no warnings" if n == 0 else f"{n} warning{'s' if n > 1 else ''}"
+        count = counted(len(card.warnings), "warning") if card.warnings else "no warnings"
         title = f"{style.plain(boat.name)}: {boat.length_m:g} m at {boat.speed_mps:g} m/s, {count}"
         figure.suptitle(title, fontsize=11)
 
@@ -69,10 +68,9 @@ def _flown(card, key) -> tuple[np.ndarray, np.ndarray]:
 
 def _draw_turn(axes, card):
     boat, circle = card.vehicle, card.numbers["turning_circle"]
-    for key, label in (("turn", "north (ship lengths)"), ("yaw", "yaw rate\n(deg/length)"), ("speed", "speed\n(%)")):
-        axes[key].set_ylabel(label)
-    axes["turn"].set_xlabel("east (ship lengths)")
-    axes["speed"].set_xlabel("ship lengths at trial speed")
+    axes["turn"].set(xlabel="east (ship lengths)", ylabel="north (ship lengths)")
+    axes["speed"].set(xlabel="ship lengths at trial speed", ylabel="speed\n(%)")
+    axes["yaw"].set_ylabel("yaw rate\n(deg/length)")
     axes["yaw"].tick_params(labelbottom=False)
     axes["yaw"].set_title("in the turn", fontsize=9)
     title = "turning circle: not simulated"
@@ -144,9 +142,7 @@ def _draw_coefficients(figure, card):
             panel.plot(places[chosen], drawn, marker, ms=9, mew=2.0, color=style.TRUTH, ls="", label=label)
         zero = values == 0.0
         panel.plot(places[zero], np.full(zero.sum(), 2.0 * bottom), "x", ms=4, color=style.NULL, ls="", label="zero")
-        panel.set_yscale("log")
-        panel.set_ylim(bottom, top)
-        panel.set_xlim(-0.7, len(rows) - 0.3)
+        panel.set(yscale="log", ylim=(bottom, top), xlim=(-0.7, len(rows) - 0.3))
         terms = [equations.terms[k] for k in rows]
         names = [f"{term.name} ({powers(term.unit)})" if term.unit else term.name for term in terms]
         panel.set_xticks(places, [style.plain(name) for name in names], rotation=90, fontsize=7.5)
@@ -198,9 +194,8 @@ def _draw_information(figure, axis, card):
     axis.grid(visible=False)
     axis.axvline(card.n_coefficients - 0.5, color=style.TRUTH, lw=0.8)
     axis.axhline(len(rows) - 1.5, color=style.TRUTH, lw=0.8)
-    counts = [*(channel.n_directions for channel in card.channels), card.n_directions]
     beside = {"transform": axis.get_yaxis_transform(), "fontsize": 8}
-    for k, count in enumerate(counts):
+    for k, count in enumerate([*(channel.n_directions for channel in card.channels), card.n_directions]):
         axis.text(1.01, k, f"{count} of {len(card.names)}", va="center", **beside)
     axis.text(1.01, -0.75, "directions", va="bottom", **beside)
     figure.colorbar(image, ax=axis, shrink=0.9, pad=0.09, label="posterior / prior sd")

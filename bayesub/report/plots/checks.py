@@ -43,8 +43,7 @@ def worst(posterior: Posterior) -> np.ndarray:
 
 def outside(posterior: Posterior) -> float:
     """Share of all bars, of every parameter and ensemble, that are beyond their half-width."""
-    histograms = rank_histograms(posterior.thinned().chain, BINS)
-    return float(np.mean(np.abs(histograms - 1.0) > half_widths(posterior)))
+    return float(np.mean(np.abs(rank_histograms(posterior.thinned().chain, BINS) - 1.0) > half_widths(posterior)))
 
 
 def draw_ranks(path: Paths, posterior: Posterior, equations: Equations) -> None:
@@ -86,11 +85,10 @@ def draw_cross_check(path: Paths, check: CrossCheck) -> None:
     with style.figure(path, 6.6, 2.3) as figure:
         panels = figure.subplots(1, len(_KINDS), sharex=True)
         fine = np.linspace(_ERRORS[0], _ERRORS[-1], 200)
-        curve = np.exp(-0.5 * fine**2) / np.sqrt(2.0 * np.pi)
         for panel, (key, word) in zip(panels, _KINDS, strict=True):
             values = np.clip(getattr(check, key), _ERRORS[0], _ERRORS[-1])
             panel.hist(values, _ERRORS, density=True, color=style.POSTERIOR)
-            panel.plot(fine, curve, color=style.TRUTH, lw=1.0)
+            panel.plot(fine, np.exp(-0.5 * fine**2) / np.sqrt(2.0 * np.pi), color=style.TRUTH, lw=1.0)
             for edge in (-check.threshold, check.threshold):
                 panel.axvline(edge, color=style.SQP, lw=1.0, ls="--")
             largest = np.abs(getattr(check, key)).max(initial=0.0)

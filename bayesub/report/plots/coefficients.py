@@ -101,7 +101,11 @@ def draw(
     length = -(-n // n_panels)
     values = [ratios(one.values, reference, prior) for one in found]
     quantiles = posterior.quantiles(QUANTILES)
-    low, high = limits(quantiles, prior, reference, values)
+    # The axis shows all of the prior, the posterior and the solutions, unless they are far off.
+    edges = [ratios(some, reference, prior) for some in ([prior.quantiles(p) for p in PRIOR_EDGES], quantiles)]
+    everything = np.concatenate([np.ravel(some) for some in (*edges, *values)])
+    everything = everything[np.isfinite(everything)]
+    low, high = max(everything.min() - 0.1, -1.5), min(everything.max() + 0.1, 4.0)
     with style.figure(path, (7.4 if n_panels == 1 else 5.0) * n_panels, 0.235 * length + 1.25) as figure:
         panels = figure.subplots(1, n_panels, squeeze=False, sharex=True)[0]
         beyond = [np.count_nonzero((some < low) | (some > high)) for some in values]
@@ -122,18 +126,7 @@ def draw(
             style.write_beside(panel, places, words, "sd / mean")
             note = "" if np.all(reference) else "; * zero there: 1 + value / prior sd"
             panel.set(xlim=(low, high), xlabel=f"ratio to {reference_word}{note}")
-        handles = [*panels[0].get_legend_handles_labels()[0], *found_handles(found, beyond)]
-        style.legend_above(figure, handles)
-
-
-def limits(
-    quantiles: np.ndarray, prior: Prior, reference: np.ndarray, values: Iterable[np.ndarray]
-) -> tuple[float, float]:
-    """Limits of the ratios: all of the prior, the posterior and values, unless they are far off."""
-    edges = [ratios(some, reference, prior) for some in ([prior.quantiles(p) for p in PRIOR_EDGES], quantiles)]
-    everything = np.concatenate([np.ravel(some) for some in (*edges, *values)])
-    everything = everything[np.isfinite(everything)]
-    return max(everything.min() - 0.1, -1.5), min(everything.max() + 0.1, 4.0)
+        style.legend_above(figure, [*panels[0].get_legend_handles_labels()[0], *found_handles(found, beyond)])
 
 
 def _draw_found(panel, one, values, good, limits) -> None:
@@ -233,9 +226,7 @@ def _draw_runs(left, right, rows, labels, length) -> None:
         axis.grid(axis="y", visible=False)
         for k in range(len(rows) - 1):
             axis.axhline(k + 0.5, color="#E6E6E6", lw=0.6)
-    left.set_yticks(range(len(rows)), [name for name, _ in rows])
-    right.set_yticks([])
-    left.set(xlim=limits, xlabel="ratio; grey: 90 % of the prior")
-    right.set_xlim(0.0, max(1.1, 1.05 * max(one["contraction"] for _, runs in rows for one in runs.values())))
+    names, most = [name for name, _ in rows], max(one["contraction"] for _, runs in rows for one in runs.values())
+    left.set(xlim=limits, xlabel="ratio; grey: 90 % of the prior", yticks=range(len(rows)), yticklabels=names)
+    right.set(xlim=(0.0, max(1.1, 1.05 * most)), xlabel="posterior / prior sd", yticks=[])
     right.axvline(1.0, color=style.TRUTH, lw=0.8, ls=":")
-    right.set_xlabel("posterior / prior sd")

@@ -190,8 +190,7 @@ def draw(
     ncols = style.legend_columns(words, wide)
     top = 0.2 + 0.17 * -(-len(words) // ncols)
     with style.figure(path, wide, size + 0.6 + top, (0.85, 0.1, 0.6, top)) as figure:
-        axis = figure.subplots()
-        axis.set(frame_on=False)
+        axis = figure.subplots(subplot_kw={"frame_on": False})
         axis.grid(visible=False)
         rows, columns = np.tril_indices(n, -1)
         titles = [uncertain(value, sd) for value, sd in zip(draws.mean(axis=0), draws.std(axis=0), strict=True)]
@@ -281,13 +280,11 @@ def contours(axis: Axes, points: np.ndarray) -> None:
 @functools.cache
 def _hist2d() -> Any:
     """The contours of corner, without ArviZ, which corner imports for chains of ArviZ and which takes two seconds."""
-    absent = "arviz" not in sys.modules
-    if absent:
-        sys.modules["arviz"] = None  # type: ignore[assignment]  # so that an import of it fails
+    sys.modules.setdefault("arviz", None)  # type: ignore[arg-type]  # so that an import of it fails
     try:
         import corner  # here, since it imports pyplot
     finally:
-        if absent:
+        if sys.modules["arviz"] is None:
             del sys.modules["arviz"]
     return corner.hist2d
 

@@ -58,8 +58,7 @@ def _intervals(panel, rows, word) -> None:
         else:
             look = {"ms": 5, "mew": 0, "color": style.POSTERIOR} if narrow else {"ms": 7, "color": "white"}
             panel.plot(median, y, "o" if narrow else "|", zorder=4, **look)
-    panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), xticks=[0.0, 1.0])
-    panel.set_xticklabels(["5 % of the prior", "95 % of the prior"])
+    panel.set(xlim=(-_BEYOND, 1.0 + _BEYOND), xticks=[0.0, 1.0], xticklabels=["5 % of the prior", "95 % of the prior"])
     style.show_rows(panel, [row["label"] for row in rows])
     ends = [[" to ".join(in_words(row[of]["q5"], row[of]["q95"])) for of in ("posterior", "prior")] for row in rows]
     words = [f"{after}  (before {before})" for after, before in ends]

@@ -77,8 +77,7 @@ def draw_states(
                 if one.is_framed or not one.probabilities:
                     centre = np.interp(one.motion.times, base.times, base.median[:, k], right=np.nan)
                     ends = _draw_bands(right, one, k, factor, centre)
-                    after = one.motion.times >= warm_up
-                    shown[right] += [end[after] for end in ends] if one.is_framed else []
+                    shown[right] += [end[one.motion.times >= warm_up] for end in ends] if one.is_framed else []
             for axis, ends in shown.items():
                 style.show_whole(axis, np.concatenate(ends))
                 style.shade_warm_up(axis, warm_up)
@@ -125,15 +124,13 @@ def draw_track(path: style.Paths, drawn: Sequence[Drawn]) -> None:
     """The track from above, or from aside if it does not turn: medians, and where the boat is with each probability."""
     states = drawn[-1].motion.median
     turns = np.ptp(states[:, Y]) > STRAIGHT * np.ptp(states[:, X]) or not np.ptp(states[:, Z])
-    labels = [label for one in drawn for label in one.labels]
     with style.figure(path, *_TRACK) as figure:
         axis = figure.subplots()
         for one in sorted(drawn, key=lambda one: -one.motion.distance.max()):  # the narrow ones lie on top
             regions = one.motion.above if turns else one.motion.aside
             own = np.array(to_rgb(one.colour))
             for probability, label in zip(one.probabilities, one.labels, strict=False):
-                colour = tuple(own + _SHADE[probability] * (1.0 - own))
-                _draw_region(axis, regions[probability], colour, label)
+                _draw_region(axis, regions[probability], tuple(own + _SHADE[probability] * (1.0 - own)), label)
         across, along = (Y, X) if turns else (X, Z)
         for one in drawn:
             median = one.motion.median[:, [across, along]].T
@@ -142,13 +139,12 @@ def draw_track(path: style.Paths, drawn: Sequence[Drawn]) -> None:
         if turns:
             size = np.array([np.ptp(ends) for ends in (axis.get_xlim(), axis.get_ylim())])  # m
             scale = np.min((np.array(_TRACK) - _EDGE) / size)
-            least = _LEAST, style.legend_column(labels)
+            least = _LEAST, style.legend_column([label for one in drawn for label in one.labels])
             figure.set_size_inches(np.maximum(scale * size + _EDGE, (max(least), _LEAST)))
             axis.set_aspect("equal", adjustable="datalim")
         else:
             axis.invert_yaxis()
-        axis.set_xlabel("east (m)" if turns else "north (m)")
-        axis.set_ylabel("north (m)" if turns else "depth (m)")
+        axis.set(xlabel="east (m)" if turns else "north (m)", ylabel="north (m)" if turns else "depth (m)")
         _add_legend(figure, axis, drawn)
 
 

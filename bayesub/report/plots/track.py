@@ -43,14 +43,14 @@ def axis_label(channel: Any) -> tuple[str, float]:
 
 def draw_simulated(path: Paths, trajectory: Any) -> None:
     """One simulated trial: the track from above, depth and pitch, speed, the controls, and unmodelled forces if any."""
-    times, states = trajectory.times, trajectory.states[0]
-    forces = trajectory.simulator.forces
+    times, states, simulator = trajectory.times, trajectory.states[0], trajectory.simulator
+    forces = simulator.forces
     panels = ["depth", "pitch", "speed", "planes"] + ["forces"] * (forces is not None)
     with style.figure(path, 9.0, 1.25 * len(panels)) as figure:
         axes = figure.subplot_mosaic([["track", panel] for panel in panels], width_ratios=[1.0, 1.2])
         axes["track"].plot(states[:, Y], states[:, X], color=style.POSTERIOR)
         style.look_from_above(axes["track"], states[0, [Y, X]])
-        axes["track"].set_title(f"{style.plain(trajectory.simulator.vehicle.name)}: track from above")
+        axes["track"].set_title(f"{style.plain(simulator.vehicle.name)}: track from above")
         axes["depth"].plot(times, states[:, Z], color=style.POSTERIOR)
         axes["depth"].set_ylabel("depth (m)")
         axes["depth"].invert_yaxis()
@@ -59,7 +59,6 @@ def draw_simulated(path: Paths, trajectory: Any) -> None:
         axes["pitch"].set_ylabel("angle (deg)")
         axes["speed"].plot(times, np.linalg.norm(states[:, VELOCITY], axis=1), color=style.POSTERIOR)
         axes["speed"].set_ylabel("speed (m/s)")
-        simulator = trajectory.simulator
         draw_actuators(axes["planes"], simulator.vehicle.actuators, simulator.manoeuvre, times, trajectory.log)
         if forces is not None:
             _draw_forces(axes["forces"], forces)
@@ -84,8 +83,7 @@ def draw_actuators(
     entries = list(zip(actuators.columns, histories, colours, strict=False))
     for column, values, colour in entries:
         if column.endswith("_deg") and np.any(values):
-            label = column.removesuffix("_deg").replace("_", " ")
-            axis.plot(times, np.degrees(values), color=colour, label=label)
+            axis.plot(times, np.degrees(values), color=colour, label=column.removesuffix("_deg").replace("_", " "))
     axis.set_ylabel("plane (deg)")
     others = [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]
     if others:
@@ -114,10 +112,8 @@ def _draw_forces(axis, forces):
     """Unmodelled forces and currents, one unit on the left and the others on the right, each with its label."""
     colours = cycle(style.CYCLE)
     panels: dict[str, Axes] = {}
-    for name in forces.axes:
-        if unit(name) not in panels:
-            panels[unit(name)] = axis.twinx() if panels else axis
-    for k, (kind, panel) in enumerate(panels.items()):
+    for k, kind in enumerate(dict.fromkeys(map(unit, forces.axes))):
+        panel = panels[kind] = axis.twinx() if k else axis
         panel.set_ylabel({"N": "force (N)", "N m": "moment (N m)", "m/s": "current (m/s)"}[kind])
         if k:
             panel.grid(False)
@@ -136,12 +132,11 @@ def draw_fan(
     readings of draws, SI units; `tracks`: (n_prior, n_times, 12) and (n_posterior, n_times, 12) states over the ground
     of some draws.
     """
-    ends = np.cumsum([len(channel.times) for channel in channels])
     with style.figure(path, 9.0, max(3.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic([["track", c.name] for c in channels], width_ratios=[1.0, 1.15])
         draw_tracks(axes["track"], *tracks)
         last = max(channel.times[-1] for channel in channels)
-        for channel, end in zip(channels, ends, strict=True):
+        for channel, end in zip(channels, np.cumsum([len(channel.times) for channel in channels]), strict=True):
             _draw_channel(axes[channel.name], channel, prior, posterior, slice(end - len(channel.times), end))
             axes[channel.name].set_xlim(-0.02 * last, 1.02 * last)
             axes[channel.name].tick_params(labelbottom=channel is channels[-1])
@@ -154,8 +149,7 @@ def draw_fan(
 def _draw_channel(axis, channel, prior, posterior, part) -> None:
     label, factor = axis_label(channel)
     for k, part_of_channel in enumerate(without_gaps(channel.times)):
-        places = np.arange(len(channel.times))[part_of_channel]
-        some = places[:: -(-len(channel.times) // _POINTS)]
+        some = np.arange(len(channel.times))[part_of_channel][:: -(-len(channel.times) // _POINTS)]
         times = channel.times[some]
         for low, high, alpha in _FAN:
             band = factor * np.quantile(prior[:, part][:, some], [low, high], axis=0)
@@ -242,8 +236,7 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
         rows = figure.subplots(
             n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw={"wspace": 0.24, "hspace": 0.14}
         )
-        for column in rows.T:
-            figure.align_ylabels(column)
+        figure.align_ylabels(rows)
         for k, (axis, (left, right)) in enumerate(zip(forces.axes, rows, strict=True)):
             for panel in (left, right):
                 for begin, end in turns:

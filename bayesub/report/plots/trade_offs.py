@@ -44,11 +44,9 @@ def draw_known(path: Paths, names: Sequence[str], posterior: np.ndarray, conditi
         axis.hlines(y, conditional[rows], posterior[rows], color=style.WEAK, lw=2.0)
         axis.plot(np.ones(len(rows)), y, "|", ms=9, mew=2.5, color="#9A9A9A", label="prior")
         axis.plot(posterior[rows], y, "o", ms=6, mew=0, color=style.POSTERIOR, label="posterior")
-        known = "posterior if all others were known"
-        axis.plot(conditional[rows], y, "D", ms=6, mew=0, color=style.WEAK, label=known)
-        axis.set_xscale("log")
+        axis.plot(conditional[rows], y, "D", ms=6, mew=0, color=style.WEAK, label="posterior if all others were known")
+        axis.set(xscale="log", xlabel="standard deviation, in those of the prior")
         style.show_rows(axis, [names[k] for k in rows])
-        axis.set_xlabel("standard deviation, in those of the prior")
         rests = gains[rows] ** -2.0  # one less the square of the multiple correlation
         squares = [f"{1.0 - x:.2f}" if x > 0.0095 else rf"$1-{style.power(x).strip('$')}$" for x in rests]
         words = [f"{cell(gains[k], 2).ljust(6, _SPACE)}{square}" for k, square in zip(rows, squares, strict=True)]
@@ -88,8 +86,7 @@ def draw_directions(
                 left.plot(sds[chosen][kinds == kind], y[kinds == kind], marker, ms=6, mew=0, color=colour, label=label)
         beyond = [_draw_distances(left, one, chosen) for one in found]
         left.axvline(1.0, color=style.TRUTH, lw=0.8)
-        left.set_xscale("log")
-        left.set_xlim(right=1.3 * _FURTHEST if found else 2.0)
+        left.set(xscale="log", xlim=(None, 1.3 * _FURTHEST if found else 2.0))
         style.show_rows(left, [f"{k + 1}" for k in chosen])
         left.set_xlabel(f"posterior sd{', distance of solutions' * bool(found)}, in prior sds")
         left.set_ylabel("direction" if n <= ROWS else f"direction; {n - len(chosen)} between are left out")
@@ -132,16 +129,14 @@ def _draw_composition(axis: Axes, directions: np.ndarray, names: Sequence[str], 
                 sign = "+" if direction[j] > 0.0 else "\u2212"
                 look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": style.TRUTH}
                 axis.text(begin + 0.5 * shares[j], row, f"{sign} {names[j]}", look)
-    axis.set_xlim(0.0, 1.0)
-    axis.set_xticks([0.0, 0.5, 1.0], ["0", "50 %", "100 %"])
+    axis.set(xlim=(0.0, 1.0), xticks=[0.0, 0.5, 1.0], xticklabels=["0", "50 %", "100 %"])
     axis.set_xlabel("made of (share of the squared length, in prior sds)")
     axis.grid(visible=False)
 
 
 def strong_block(names: Sequence[str], correlation: np.ndarray) -> tuple[list[str], np.ndarray]:
     """The parameters with a correlation of STRONG and more, and their matrix (n, n); all of a few."""
-    beside = np.abs(correlation - np.diag(np.diag(correlation)))
-    members = np.flatnonzero(beside.max(axis=0) >= STRONG)
+    members = np.flatnonzero(np.abs(correlation - np.diag(np.diag(correlation))).max(axis=0) >= STRONG)
     if len(names) <= FEW or len(members) < 2:
         members = np.arange(len(names))
     return [names[k] for k in members.tolist()], correlation[np.ix_(members, members)]
@@ -174,8 +169,7 @@ def draw_correlation(path: Paths, names: Sequence[str], correlation: np.ndarray,
     with style.figure(path, size * columns + 1.2, size * rows) as figure:
         panels = figure.subplots(rows, columns, squeeze=False).ravel()
         for panel, members in zip(panels, shown, strict=False):
-            some = [names[k] for k in members]
-            image = _draw_map(panel, some, correlation[np.ix_(members, members)], equations)
+            image = _draw_map(panel, [names[k] for k in members], correlation[np.ix_(members, members)], equations)
         for panel in panels[len(shown) :]:
             panel.set_visible(False)
         figure.colorbar(image, ax=[*panels], shrink=0.6, pad=0.02, label="posterior correlation")

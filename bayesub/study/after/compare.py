@@ -51,12 +51,9 @@ def compare(
         raise InputError(f"{n} runs are too many to distinguish in figures; give at most {most}", "limit", "runs")
     progress.stage("read the runs")
     runs = [finished_run(run) for run in folders]
-    if manoeuvre is not None:
-        name = place = manoeuvre
-    else:
-        trials = [trial.manoeuvre for _, trial, _ in runs[0].study.each_trial() if trial.manoeuvre]
-        name = next(iter(trials), USUAL)
-        place = runs[0].study.path(name)
+    flown = (trial.manoeuvre for _, trial, _ in runs[0].study.each_trial() if trial.manoeuvre)
+    name = next(flown, USUAL) if manoeuvre is None else manoeuvre
+    place = runs[0].study.path(name) if manoeuvre is None else name
     files = {name: Path(place)} if toml_files.is_path(name) else {}
     labels, source = _labels(folders), str(next(iter(files.values()), name))
     posed: list[PosedTrial | InputError] = []  # or why it does not fit

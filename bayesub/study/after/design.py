@@ -1,4 +1,7 @@
-"""A design goes one way: what is asked is posed as a question, searched family by family, and answered with a page."""
+"""A design goes one way: what is asked is posed as a question, searched family by family, and answered with a page.
+
+Briefer is the prescription of what to measure or fly next, after a run in a folder, with one manoeuvre besides.
+"""
 
 import json
 import time
@@ -15,8 +18,8 @@ from bayesub.design.families import Family
 from bayesub.design.judge import Judge
 from bayesub.design.knowledge import KnownBefore
 from bayesub.design.limits import N_DRAWS, Limits, Range, load_limits, usual_limits
-from bayesub.design.plan import Plan, best, families, of_time, of_total, refuse_uninformed, tried
-from bayesub.design.prescription import Asked, asked_by_name
+from bayesub.design.plan import Plan, best, families, of_time, of_total, refuse_uninformed, tried, with_manoeuvre
+from bayesub.design.prescription import Asked, Prescription, asked_by_name
 from bayesub.design.search import Found
 from bayesub.findings.designed_trial import DesignedTrial, structural
 from bayesub.io import toml_files
@@ -35,7 +38,7 @@ from bayesub.sensors.sensor import channel_name
 from bayesub.study.after.finished_run import FinishedRun, finished_run
 from bayesub.study.provenance import CODE, copies, of_request
 from bayesub.study.run.prepare import present
-from bayesub.study.run.prescribed import judge_of_next
+from bayesub.study.run.prescribed import judge_of_next, prescription
 from bayesub.study.run.run import interruptions
 from bayesub.study.run.run_folder import open_folder
 from bayesub.study.schema.design_file import PRIOR_SD, read_design, usual_sensors
@@ -216,19 +219,10 @@ def goal_of(
     (word,) = criteria
     if judge.rival is not None:
         return goals.distance, (), f"to tell {judge.vehicle.name} from {judge.rival.vehicle.name}"
-    if word == "D":
-        goal = goals.d_optimality
-    elif word == "A":
-        goal = goals.a_optimality
-    elif word == "E":
-        goal = goals.EOptimality(len(structural(judge, flights, of_kinds)))
-    else:
-        percent = _percent(word)
-        return goals.Known(0.01 * percent), (), f"as many coefficients as possible known to {percent:g} %"
-    return goal, (), OPTIMALITY[word]
-
-
-def _percent(word: str) -> float:
+    if word == "E":
+        return goals.EOptimality(len(structural(judge, flights, of_kinds))), (), OPTIMALITY[word]
+    if word in OPTIMALITY:
+        return goals.d_optimality if word == "D" else goals.a_optimality, (), OPTIMALITY[word]
     try:
         percent = float(word.removeprefix("known:"))
     except ValueError:
@@ -236,7 +230,7 @@ def _percent(word: str) -> float:
     if not 0.0 < percent <= 100.0:
         text = f"--for {word}: expected known: and per cent between 0 and 100, such as known:10"
         raise InputError(text, "value", "--for")
-    return percent
+    return goals.Known(0.01 * percent), (), f"as many coefficients as possible known to {percent:g} %"
 
 
 def _sensors(judge: Judge) -> str:
@@ -260,11 +254,10 @@ def _limits(limits: Limits, request: Request, family: Family) -> str:
 
 def _prior(file, request: Request, judge: Judge) -> str:
     n = len(judge.names)
+    known = f"each to {100 * PRIOR_SD:g} % of its value" if file.prior is None else f"prior {file.prior.kind}"
+    text = f"{n} coefficients, {known}"
     if request.after is not None:
         text = f"the posterior of {request.after} of {n} coefficients; the others are held"
-    else:
-        known = f"each to {100 * PRIOR_SD:g} % of its value" if file.prior is None else f"prior {file.prior.kind}"
-        text = f"{n} coefficients, {known}"
     forces = [] if judge.disturbance is None else [f"forces on {' '.join(judge.disturbance.axes)}"]
     others = [*judge.nuisance, *forces]
     return text + (f"; unknown besides: {', '.join(others)}" if others else "")
@@ -291,8 +284,7 @@ def design(
     """
     began = time.perf_counter()
     if not 0.1 <= request.minutes <= 10_000.0:
-        text = f"--minutes must be between 0.1 and 10000, found {request.minutes:g}"
-        raise InputError(text, "value", "--minutes")
+        raise InputError(f"--minutes must be between 0.1 and 10000, found {request.minutes:g}", "value", "--minutes")
     question, asked = pose(request), request.config()
     opened = open_folder(folder, asked, copies(request.files, asked["files_sha256"]), resume=resume, force=force)
     with opened as config, interruptions(folder):
@@ -338,3 +330,34 @@ def _write(folder: Path, question: Question, plan: Plan, searches: dict[str, Fou
     inputs = {"design": config["design"], "files": files, "files_sha256": config["files_sha256"]} | words | code
     trial = DesignedTrial(plan, searches, kind, tuple(written), question.words["goal"], inputs, question.asked)
     return report.write(folder, trial)
+
+
+def prescribe(
+    run: FinishedRun,
+    wanted: tuple[str, ...] = (),
+    limits: Path | None = None,
+    *,
+    seed: int = 0,
+    progress: Progress = SILENT,
+) -> tuple[Prescription, Manoeuvre | None]:
+    """What to do after a run for names that are `wanted`, and the manoeuvre; None if no control may move.
+
+    `limits` is a file of ``bayesub new limits``. InputError for a run that has not converged, names that it does not
+    know, and quantities that depend on more than coefficients.
+    """
+    run.refuse_unconverged()
+    run.refuse_quantities(wanted)
+    found = prescription(run.setup(), run.posterior, wanted)
+    judge, plane, vehicle = found.judge, found.again.subproblem, run.vehicle
+    within = usual_limits(vehicle) if limits is None else load_limits(limits)
+    try:
+        kinds = families(vehicle, within, (), plane)
+    except InputError as error:
+        if limits is not None:
+            raise
+        progress.remark(f"no other manoeuvre is looked for: {error}")
+        return found, None
+    sets = KnownBefore.by(run.posterior, vehicle).sets(judge.vehicle, N_DRAWS, np.random.default_rng(seed))
+    flights = Range(judge.vehicle, within, sets, plane, judge.step_s)
+    flights.allow(next(iter(kinds.values())).straight())
+    return with_manoeuvre(found, kinds, flights, seed, progress)

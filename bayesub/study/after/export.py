@@ -93,8 +93,7 @@ def draws(run: FinishedRun) -> pd.DataFrame:
     n_chains, n_kept, n_walkers, _ = posterior.chain.shape
     chain, _, walker = np.indices((n_chains, n_kept, n_walkers)).reshape(3, -1)
     places = {"chain": chain, "walker": walker, "log_prob": posterior.log_prob.ravel()}
-    parameters = dict(zip(posterior.names, posterior.draws.T, strict=True))
-    return pd.DataFrame(places | parameters)
+    return pd.DataFrame(places | dict(zip(posterior.names, posterior.draws.T, strict=True)))
 
 
 def _parquet(run: FinishedRun, path: Path) -> None:

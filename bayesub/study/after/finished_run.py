@@ -87,8 +87,7 @@ class FinishedRun:
 
         InputError for a log that does not fit, and if the problem is not the one that the posterior is of.
         """
-        study = self.study.model_copy(update={"check": tuple(checks)})
-        setup = prepare(study)
+        setup = prepare(self.study.model_copy(update={"check": tuple(checks)}))
         if setup.problem.names != self.posterior.names:
             what = f"{self.folder}: was made by a version of bayesub that posed another problem of the same study"
             raise InputError(f"{what}; {AGAIN}", "state")
@@ -139,8 +138,7 @@ def saved_study(folder: Path, config: dict) -> Study:
     digests, places = config.get("files_sha256", {}), {}
     for name in dict.fromkeys((*study.files, *digests)):
         digest = digests.get(name, "")
-        copy = folder / copy_name(name, digest)
-        places[name] = copy if "sources_sha256" in config else Path(name)
+        places[name] = folder / copy_name(name, digest) if "sources_sha256" in config else Path(name)
         if file_digest(places[name]) != digest:
             raise InputError(f"{folder}: {places[name]} has changed since the run; {AGAIN}", "state")
     return study.located(source, places, quick=config["quick_run"])

@@ -93,8 +93,7 @@ def predict_by_run(
     asked = vars(request) | {"subproblem": request.subproblem or "none", "autopilot": sources[2]}
     config = of_request("prediction", asked, run.files | files)
     with open_answer(folder, PAGE, config, copies(files, config["files_sha256"]), force=force):
-        rng = np.random.default_rng(request.seed)
-        trial = predicted_by(run, posed, rng, request.draws, progress)
+        trial = predicted_by(run, posed, np.random.default_rng(request.seed), request.draws, progress)
         progress.stage("figures and page")
         numbers = trial.numbers | {"seed": request.seed, "unread_columns": list(posed.unread)}
         chosen = {by: trial.motions[by] for by in (unseen.POSTERIOR, unseen.PRIOR, unseen.SQP) if by in trial.motions}
@@ -149,8 +148,7 @@ def predicted_by(
     fitted, posterior = posed.setup.problem, run.posterior
     trial = posed.trial.with_fitted_noise(fitted, posterior.best)
     problem, motions, predictions = trial.problem, {}, {}
-    n_numbers = max(len(problem.readings), 12 * len(problem.simulator.times))
-    n = unseen.number_of_draws(n_numbers, draws)
+    n = unseen.number_of_draws(max(len(problem.readings), 12 * len(problem.simulator.times)), draws)
     drawn = list(unseen.draws_by_whom(fitted, posterior, run.estimates, rng, n))
     by_whom = [(name, some) for name, some in drawn if by is None or name in by]
     for name, parameters in unseen.transfer(trial, fitted, by_whom, rng):
@@ -222,20 +220,16 @@ def _check(run: FinishedRun, columns: list[str], request: Request) -> tuple[Chec
     if request.sensors is not None:
         sections = read_instruments(request.sensors).sensors
         for key in (key for section in sections for key in FAULTS if key in section.model_fields_set):
-            text = (
-                f"{request.sensors}: {key} is of simulated readings; those of a log have what they have; leave it out"
-            )
-            raise InputError(text, "conflict", key)
+            what = f"{request.sensors}: {key} is of simulated readings; those of a log have what they have"
+            raise InputError(f"{what}; leave it out", "conflict", key)
     unread = tuple(name for name in columns if log_files.short_name(name) not in reads(sections))
     plane = like.subproblem
     if like.data is None:
         plane = load_manoeuvre(run.study.path(like.manoeuvre), run.vehicle).subproblem
     keys = {key: getattr(like, key) for key in TrialKeys.OF_DATA if key != "window_s"}
     keys |= {"subproblem": plane if request.subproblem == OF_MANOEUVRE else request.subproblem, "ignore": unread}
-    name = request.source
-    name = name if name in toml_files.built_in("logs") else str(Path(name).resolve())
-    content = {key: value for key, value in keys.items() if value is not None}
-    check = CheckSection(data=name, **content)
+    name = request.source if request.source in toml_files.built_in("logs") else str(Path(request.source).resolve())
+    check = CheckSection(data=name, **{key: value for key, value in keys.items() if value is not None})
     nuisance = {} if like is run.study else CheckSection.nuisances(check, like.nuisance)
     usual = [{key: one.default for key, one in type(s).model_fields.items() if key in FAULTS} for s in sections]
     sections = tuple(section.model_copy(update=good) for section, good in zip(sections, usual, strict=True))
@@ -247,7 +241,8 @@ def _flown(setup: Setup, source: str, request: Request) -> UnseenTrial:
 
     Under an autopilot the manoeuvre of the trial is what the vehicle of the run does, and the simulator steers draws.
     """
-    manoeuvre, subproblem, sample_s = load_manoeuvre(source, setup.vehicle), request.subproblem, request.sample_s
+    boat, subproblem, sample_s = setup.vehicle, request.subproblem, request.sample_s
+    manoeuvre = load_manoeuvre(source, boat)
     if subproblem == OF_MANOEUVRE and source.lower().endswith(".csv"):
         _, fitted, _ = next(setup.problem.each_trial(setup.problem.prior.mean))
         subproblem = fitted.manoeuvre.subproblem
@@ -259,24 +254,20 @@ def _flown(setup: Setup, source: str, request: Request) -> UnseenTrial:
         if autopilot.heading is not None and autopilot.heading.waypoints_m and request.current_mps is not None:
             text = f"{request.autopilot}: waypoints_m are of the water; order heading_deg, or leave out the current"
             raise InputError(text, "conflict", "waypoints_m")
-        manoeuvre = SteeredSimulator(setup.vehicle, manoeuvre, manoeuvre.times[-1:], autopilot=autopilot).recorded()
+        manoeuvre = SteeredSimulator(boat, manoeuvre, manoeuvre.times[-1:], autopilot=autopilot).recorded()
     interval = manoeuvre.duration / SAMPLES if sample_s is None else sample_s
     n = manoeuvre.duration / interval
     if not 1.0 <= n <= MAX_READINGS:
         text = f"--sample must be between {manoeuvre.duration / MAX_READINGS:.2g} s and the duration"
         raise InputError(text, "value", "--sample")
     times = np.minimum(np.arange(int(n * (1 + 1e-12)) + 1) * interval, manoeuvre.duration)
-    moving = MOVING.get(setup.vehicle.equations.subproblem(manoeuvre.subproblem), log_files.STATES)
+    moving = MOVING.get(boat.equations.subproblem(manoeuvre.subproblem), log_files.STATES)
     sds = dict.fromkeys("xyz", POSITION_SD_M) | dict.fromkeys(log_files.ANGLES, np.radians(ATTITUDE_SD_DEG))
     unread = np.full(len(times), np.nan)
     record = Record(tuple(Channel(name, times, unread, sd) for name, sd in sds.items() if name in moving))
-    shared = {
-        name: prior
-        for name, prior in setup.problem.nuisance_priors.items()
-        if of_boat(name, setup.vehicle) and not of_process(name)
-    }
-    nuisance = present(shared, setup.vehicle, manoeuvre)
-    problem = setup.pose(manoeuvre, record, nuisance=nuisance)
+    priors = setup.problem.nuisance_priors
+    shared = {name: priors[name] for name in priors if of_boat(name, boat) and not of_process(name)}
+    problem = setup.pose(manoeuvre, record, nuisance=present(shared, boat, manoeuvre))
     if autopilot is not None:
         problem.forward.simulator = SteeredSimulator.of(problem.simulator, autopilot)
     return UnseenTrial(manoeuvre.name, problem, 0.0)

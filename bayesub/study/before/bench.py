@@ -105,8 +105,7 @@ def jacobians(seconds: float) -> list[dict[str, Any]]:
     rows = []
     for threads in each_number_of_threads():
         for names in (free, coefficients.NAMES):
-            differentiate = partial(simulator.sensitivities, xi, names, ("x", "y", "psi"))
-            duration = shortest(differentiate, seconds=seconds)[0]
+            duration = shortest(partial(simulator.sensitivities, xi, names, ("x", "y", "psi")), seconds=seconds)[0]
             rows.append({"coefficients": len(names), "threads": threads, "seconds": duration})
     return rows
 
@@ -124,14 +123,12 @@ def log_likelihoods(seconds: float) -> list[dict[str, Any]]:
     noises = [{channel.name: noise(channel.sd) for channel in record.channels} for noise in NOISES.values()]
     problems = [Problem(vehicle, manoeuvre, record, noise=noise, **given) for noise in noises]
     xi = perturbed(vehicle, BATCH)
-    parameters = xi[:, problems[0].columns]
     functions: list[Callable[[], object]] = [partial(problems[0].simulator.run, xi)]
-    functions += [partial(problem.log_likelihood, parameters) for problem in problems]
+    functions += [partial(problem.log_likelihood, xi[:, problem.columns]) for problem in problems]
     rows = []
     for threads in each_number_of_threads():
         shortest(*functions, seconds=0.0, least=1)
-        durations = shortest(*functions, seconds=2.0 * seconds)
-        for noise, duration in zip((None, *NOISES), durations, strict=True):
+        for noise, duration in zip((None, *NOISES), shortest(*functions, seconds=2.0 * seconds), strict=True):
             rows.append({"noise": noise, "threads": threads, "seconds": duration})
     return rows
 

@@ -147,8 +147,7 @@ def _instruments(path: Path) -> Examined:
 
     if toml_files.read_toml_table(path).keys() & {"free", "prior", "nuisance", "noise", "disturbance"}:
         from bayesub.study.schema.design_file import read_design as read_instruments
-    file = read_instruments(path)
-    channels = flat([section.build() for section in file.sensors])
+    channels = flat([section.build() for section in read_instruments(path).sensors])
     return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
 
 

@@ -72,8 +72,7 @@ def simulate(
         trajectory.save(output)
     else:
         parts = [section.build() for section in instruments.sensors]
-        record = observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps)
-        record.save(output, trajectory)
+        observe(trajectory, parts, rng, current_mps=instruments.truth.current_mps).save(output, trajectory)
     if plot is not None:
         from bayesub.report.plots import track
 
