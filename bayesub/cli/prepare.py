@@ -2,7 +2,7 @@
 
 import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -43,14 +43,7 @@ def equations(name: str, output: Path | None, source: str | None) -> None:
 @click.option("--geometry", type=PATH, metavar="HULL", help="Estimate added masses from this geometry file.")
 @click.option("--equations", **EQUATIONS, help="Whose coefficients it has (built-in name or TOML); booth if left out.")
 @click.option("--captive", type=PATH, metavar="TABLE", help="Update coefficients of --from by captive tests (CSV).")
-def vehicle(
-    name: str,
-    output: Path | None,
-    source: str | None,
-    geometry: Path | None,
-    equations: str | None,
-    captive: Path | None,
-) -> None:
+def vehicle(name: str, output: Path | None, source: str | None, captive: Path | None, **own: Any) -> None:
     """Write a vehicle file with every coefficient of its equations.
 
     It has the usual keys, and unknown coefficients are zero. With a geometry, added masses and what follows from them
@@ -61,8 +54,8 @@ def vehicle(
     from bayesub.model.hulls import load_hull
     from bayesub.study.new import files
 
-    for option, value in (("--geometry", geometry), ("--equations", equations)):
-        refuse_several({"--from": source, option: value}, option)
+    for option, value in own.items():
+        refuse_several({"--from": source, f"--{option}": value}, f"--{option}")
     path = output or Path(f"{name}.toml")
     if captive:
         if source is None:
@@ -74,7 +67,8 @@ def vehicle(
     if source:
         text = files.copied_vehicle(name, source, path)
     else:
-        text = files.vehicle(name, load_hull(geometry) if geometry else None, equations or DEFAULT, path)
+        hull = load_hull(own["geometry"]) if own["geometry"] else None
+        text = files.vehicle(name, hull, own["equations"] or DEFAULT, path)
     _write(path, text, "bayesub check says what it lacks")
 
 
@@ -218,12 +212,10 @@ def signal_lines(log: "VehicleLog") -> list[str]:
     rows: list[tuple[str, ...]] = [("signal", "unit", "readings", "a second", "from", "to s", "smallest", "largest")]
     zero = log.begin if log.begin > EPOCH else 0.0
     for name, signal in log.signals.items():
-        values = signal.values[np.isfinite(signal.values)]
-        ends = [f"{values.min():.6g}", f"{values.max():.6g}"] if len(values) else ["-", "-"]
-        times = signal.times[np.isfinite(signal.times)]
-        span = [f"{t - zero:.6g}" for t in (times.min(), times.max())] if len(times) else ["-", "-"]
+        finite = (some[np.isfinite(some)] for some in (signal.values, signal.times - zero))
+        ends, span = ([f"{x:.6g}" for x in (some.min(), some.max())] if len(some) else ["-", "-"] for some in finite)
         rate = f"{1.0 / signal.interval:.3g}" if signal.interval > 0 else "-"
-        rows.append((name, signal.unit or "-", str(len(values)), rate, *span, *ends))
+        rows.append((name, signal.unit or "-", str(np.isfinite(signal.values).sum()), rate, *span, *ends))
     lines += aligned(rows)
     lines += [f"  times count from {_zero(zero).removeprefix('0 s is ')}"] if zero else []
     return lines + [f"  note: {remark}" for remark in log.remarks]

@@ -12,16 +12,14 @@ import numpy as np
 from bayesub.design.knowledge import Knowledge, of_moments
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, check_known, one_line
-from bayesub.logs.log_files import ACCELERATIONS, positions, si_factor
+from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES, positions, si_factor
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
 from bayesub.problem.priors import from_vehicle, relative_normal
 
-VELOCITIES = ("u", "v", "w", "p", "q", "r")
 MOTION = tuple(f"{name}_prime" for name in (*VELOCITIES, *ACCELERATIONS))
 PROPELLER = "n_over_n0"  # its revolutions over those of self-propulsion at the trial speed
 LABEL = "run"  # a column of names, which are not read
-_SPARE = 3  # forces of an axis beyond what they determine, from which their sd is estimated
 SD = 0.25  # of the prior where the file has none, of the value
 _ROUND_OFF = 1e-10  # of the largest singular value, of what is not unique; of the largest force, of errors
 _SMALLEST, _LARGEST = 1e-12, 1e6  # sd of a force, and number
@@ -56,33 +54,33 @@ def known_by(boat: Vehicle, path: Path) -> tuple[Knowledge, np.ndarray, list[tup
         said, errors = _fit(axis, path, matrix[:, own], rest, table[f"{header}_sd"][rows])
         derivatives.append(matrix / errors[:, None])
         rests.append(rest / errors)
-        words.append((axis, *said))
+        words.append(said)
     whole = np.concatenate(derivatives)
     q, r = np.linalg.qr(np.vstack([whole @ root, np.eye(len(places))]))
     spread = root @ np.linalg.inv(r)
     mean = prior.mean + spread @ (q[: len(whole)].T @ (np.concatenate(rests) - whole @ prior.mean))
-    names = [equations.names[k] for k in places]
-    return of_moments(names, mean, spread @ spread.T), np.linalg.norm(root, axis=1), words
+    return (
+        of_moments([equations.names[k] for k in places], mean, spread @ spread.T),
+        np.linalg.norm(root, axis=1),
+        words,
+    )
 
 
-def _fit(
-    axis: str, path: Path, matrix: np.ndarray, rest: np.ndarray, errors: np.ndarray
-) -> tuple[tuple[str, ...], np.ndarray]:
+def _fit(axis, path, matrix, rest, errors):
     """What forces (n,) say by their derivatives (n, n_free), in words, and their sds (n,), estimated if not known."""
     sizes = np.linalg.norm(matrix, axis=0)
     s = np.linalg.svd(matrix / np.where(sizes > 0.0, sizes, 1.0), compute_uv=False)
     kept = s[s > _ROUND_OFF * s[0]]
-    is_known = not np.isnan(errors).any()
-    if not is_known:
+    if is_estimated := bool(np.isnan(errors).any()):
         spare = len(rest) - len(kept)
         left = rest - matrix @ np.linalg.lstsq(matrix, rest)[0]
-        if spare < _SPARE or not np.abs(left).max() > _ROUND_OFF * np.abs(rest).max():
+        if spare < 3 or not np.abs(left).max() > _ROUND_OFF * np.abs(rest).max():
             few = f"{len(rest)} forces of axis {axis} are too few to estimate their errors, or have none"
             raise InputError(f"{path}: {few}; give these as column '{axis}_prime_sd'", "missing", f"{axis}_prime_sd")
         errors = np.full(len(rest), np.sqrt(np.sum(left**2) / (spare - 2)))
     condition = f"condition {kept[0] / kept[-1]:.3g}" if len(kept) else ""
-    size = f"errors of {np.median(errors):.2g}{'' if is_known else ', estimated'}"
-    return (f"{len(rest)} forces", f"determine {len(kept)} of {len(sizes)}", condition, size), errors
+    size = f"errors of {np.median(errors):.2g}{', estimated' * is_estimated}"
+    return (axis, f"{len(rest)} forces", f"determine {len(kept)} of {len(sizes)}", condition, size), errors
 
 
 def _forces(table: dict[str, np.ndarray], boat: Vehicle) -> dict[str, np.ndarray]:

@@ -257,9 +257,8 @@ def _noise(noise, first, lags, root, gain):
 def _choose(knot, n_states, n_columns, last, gains, roots, white, y, slopes, curvature, levels, feedback, noise):
     """How the white coordinates of a knot follow the state, and what comes later by the state before it.
 
-    Later readings have minus half a square form of the state, its `curvature`, plus the slope times the state as
-    their log density, with slopes of each of some members that are alike. Returns the log determinant of the
-    precisions.
+    Later readings have minus half a square form of the state, its `curvature`, plus the slope times the state as their
+    log density, with slopes of each of some members that are alike. Returns the log determinant of the precisions.
     """
     n_axes, n_knots, n_lags = gains.shape
     lives, log_determinant = knot < n_knots, 0.0

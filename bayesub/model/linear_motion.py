@@ -134,10 +134,9 @@ def critical_speed(boats: Boats) -> np.ndarray:
 def inversion_speed(boats: Boats) -> np.ndarray:
     """Speed (n,) at which the stern planes do not change the depth, m/s; below it they act the other way round.
 
-    There the boat that they pitch drifts by as much as it is pitched, and its path stays level (Renilson 2015,
-    chapter 3: the critical point lies at the planes). With the matrix of
-    :func:`critical_speed` and accelerations ``U^2 g, U^2 h`` by the planes it is ``U^2 = (f g - c h) / (a h - d g)``.
-    Not a number where there is no such speed.
+    There the boat that they pitch drifts by as much as it is pitched, and its path stays level (Renilson 2015, chapter
+    3: the critical point lies at the planes). With the matrix of :func:`critical_speed` and accelerations ``U^2 g,
+    U^2 h`` by the planes it is ``U^2 = (f g - c h) / (a h - d g)``; not a number where there is no such speed.
     """
     matrix, speed = boats.once(motion_matrix, "vertical", PLANES["vertical"]), boats.vehicle.speed_mps
     angles = np.array([NUDGE, -NUDGE])

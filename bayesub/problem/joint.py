@@ -29,15 +29,13 @@ class JointProblem(PosteriorDensity):
     by channel with names such as ``yaw[first]``. What belongs to one trial alone (record, manoeuvre, simulator,
     trajectory, motion) is asked of the trials: :attr:`problems`, or :meth:`each_trial` for their parameters.
 
+    InputError without a trial, where trials have other vehicles, priors of coefficients, free parameters of the body or
+    values that are held, and where two give a parameter that they share different priors.
+
     Parameters
     ----------
     problems : name of a trial -> Problem, of the same vehicle with the same `prior`
     own : names of parameters of the boat that each trial has for itself all the same, such as "bias_rudder_deg"
-
-    Raises
-    ------
-    InputError : without a trial, where trials have other vehicles, priors of coefficients, free parameters of the body
-        or values that are held, and where two give a parameter that they share different priors
 
     Attributes
     ----------

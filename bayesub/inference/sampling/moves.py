@@ -26,9 +26,8 @@ class LaplacePCN(emcee.moves.MHMove):
         z' = sqrt(1 - step^2) z + step xi,   xi ~ N(0, I)
 
     leaves it invariant, so the acceptance ratio holds only what the posterior adds to it:
-    ``log p(z') - log p(z) + (|z'|^2 - |z|^2) / 2`` (Cotter et al. 2013, section 4).
-    Every walker draws its step from `steps`: long ones cross where the approximation is good, short ones where it is
-    not.
+    ``log p(z') - log p(z) + (|z'|^2 - |z|^2) / 2`` (Cotter et al. 2013, section 4). Every walker draws its step from
+    `steps`: long ones cross where the approximation is good, short ones where it is not.
     """
 
     def __init__(self, steps: Sequence[float]):

@@ -31,20 +31,16 @@ class Format:
     write: Callable[[FinishedRun, Path], None] | None = None  # of a run to a path; None of coefficients for a simulator
 
 
-def _text(made: Callable[[FinishedRun, Path], str]) -> Callable[[FinishedRun, Path], None]:
-    return lambda run, path: write_text(path, made(run, path))
-
-
 def _table(made) -> Callable[[FinishedRun, Path], None]:
     """The writer of a table of all parameters, histories of forces left out."""
 
-    def text(run, _):
+    def write(run, path):
         others = np.arange(len(run.posterior.names))
         if run.study.disturbance is not None:
             others = run.setup().problem.others
-        return made(run.posterior.part(others), run.vehicle.equations)
+        write_text(path, made(run.posterior.part(others), run.vehicle.equations))
 
-    return _text(text)
+    return write
 
 
 def _write_simulator(kind: str, run: FinishedRun, path: Path, fleet: int, seed: int) -> None:
@@ -107,7 +103,11 @@ def _parquet(run: FinishedRun, path: Path) -> None:
 
 
 FORMATS = {
-    "vehicle": Format(".toml", "vehicle file with sds and correlations, a prior", _text(vehicle_file)),
+    "vehicle": Format(
+        ".toml",
+        "vehicle file with sds and correlations, a prior",
+        lambda run, path: write_text(path, vehicle_file(run, path)),
+    ),
     "csv": Format(".csv", "draws", lambda run, path: write_csv(path, draws(run), digits=None)),
     "netcdf": Format(".nc", "draws and diagnostics, as ArviZ reads them", lambda run, path: run.posterior.save(path)),
     "parquet": Format(".parquet", "draws", _parquet),
@@ -140,6 +140,9 @@ def export(
 ) -> FinishedRun:
     """Write the posterior of a finished run of a study in TOML to a file, which is replaced if there is one.
 
+    InputError for a folder that holds no finished run, a format that is none, a boat that a simulator cannot have, a
+    fleet of another format or of more than there are draws, and a file that cannot be written.
+
     Parameters
     ----------
     folder : the run folder
@@ -153,12 +156,6 @@ def export(
     Returns
     -------
     FinishedRun: with the vehicle, the study and the posterior, and what is wrong with the run (``doubt``)
-
-    Raises
-    ------
-    InputError
-        For a folder that holds no finished run, a format that is none, a boat that a simulator cannot have, a fleet of
-        another format or of more than there are draws, and a file that cannot be written.
     """
     folder, path = Path(folder), Path(path)
     name = format_of(path, kind)

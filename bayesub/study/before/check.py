@@ -5,12 +5,13 @@ not fly shows at once.
 """
 
 import math
+import pkgutil
 import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from bayesub.io import toml_files
 from bayesub.io.atomic import reason
@@ -127,20 +128,6 @@ def _study(path: Path) -> Examined:
         return cost, data_card.check(problem, f"{setup.study.name}: {setup.vehicle.name}")
 
 
-def _geometry(path: Path) -> Examined:
-    from bayesub.model.hulls import load_hull
-
-    hull = load_hull(path)
-    return f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg", None
-
-
-def _manoeuvre(path: Path) -> Examined:
-    from bayesub.model.manoeuvre_files import read_manoeuvre
-
-    file = read_manoeuvre(path)
-    return f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s", None
-
-
 def _instruments(path: Path) -> Examined:
     from bayesub.sensors import flat
     from bayesub.study.schema.trial_section import read_instruments
@@ -149,21 +136,6 @@ def _instruments(path: Path) -> Examined:
         from bayesub.study.schema.design_file import read_design as read_instruments
     channels = flat([section.build() for section in read_instruments(path).sensors])
     return f"instruments that read {', '.join(sensor.column for sensor in channels)}", None
-
-
-def _map(path: Path) -> Examined:
-    from bayesub.logs.log_map import read_map
-
-    log_map = read_map(path)
-    kind = f" of kind {log_map.kind}" if log_map.kind else ""
-    return f"map of logs{kind} to {', '.join(log_map.columns)}", None
-
-
-def _autopilot(path: Path) -> Examined:
-    from bayesub.model.autopilot import load_autopilot
-
-    autopilot = load_autopilot(path)
-    return f"autopilot '{autopilot.name}', which orders {', '.join(autopilot.steered)}", None
 
 
 def _limits(path: Path) -> Examined:
@@ -177,11 +149,9 @@ def _limits(path: Path) -> Examined:
     return f"limits of a trial: {', '.join(f'{key} {value:g}' for key, value in values.items())}", None
 
 
-def _disturbance_file(path: Path) -> Examined:
-    from bayesub.study.schema.disturbance_section import read_disturbance
-
-    section = read_disturbance(path)
-    return f"disturbance on {' '.join(section.axes)}, correlation time {section.correlation_time_s:g} s", None
+def _plain(loader: str, words: Callable[[Any], str]) -> Callable[[Path], Examined]:
+    """The description of a file without a card, by what the function of a module reads from it."""
+    return lambda path: (words(pkgutil.resolve_name(f"bayesub.{loader}")(path)), None)
 
 
 # Key that only files of a kind have -> what a file of that kind is; a study has sensors and a
@@ -190,12 +160,25 @@ _KINDS: dict[str, Callable[[Path], Examined]] = {
     "coefficients": _vehicle,
     "terms": _equations,
     **dict.fromkeys(("vehicle", "manoeuvre", "data", "trials"), _study),
-    "hull": _geometry,
-    "columns": _map,
-    "kind": _manoeuvre,
+    "hull": _plain(
+        "model.hulls:load_hull",
+        lambda hull: f"geometry of a hull of {hull.file.hull.length_m:g} m that displaces {hull.mass_kg:.4g} kg",
+    ),
+    "columns": _plain(
+        "logs.log_map:read_map", lambda m: f"map of logs{f' of kind {m.kind}' * bool(m.kind)} to {', '.join(m.columns)}"
+    ),
+    "kind": _plain(
+        "model.manoeuvre_files:read_manoeuvre",
+        lambda file: f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s",
+    ),
     "sensors": _instruments,
-    "disturbance": _disturbance_file,
-    "interval_s": _autopilot,
+    "disturbance": _plain(
+        "study.schema.disturbance_section:read_disturbance",
+        lambda file: f"disturbance on {' '.join(file.axes)}, correlation time {file.correlation_time_s:g} s",
+    ),
+    "interval_s": _plain(
+        "model.autopilot:load_autopilot", lambda a: f"autopilot '{a.name}', which orders {', '.join(a.steered)}"
+    ),
 }
 
 
@@ -208,6 +191,9 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
 
     # Without the boat too, what only a boat gives a meaning: commands, counts and the like, thrust and torque.
     header = [name.strip().strip('"') for name in toml_files.read_line(path).split(",")]
+    if "u_prime" in header:
+        text = f"{path}: is a table of captive tests; bayesub new vehicle NAME --from BOAT --captive {path} reads it"
+        raise InputError(text, "format", "u_prime")
     own = (column for vehicle in vehicles for column in vehicle.actuators.log_columns)
     controls = (*own, *(name for name in header if _OF_BOATS.search(name)))
     log = log_files.read_log(path, controls, ascending=False)

@@ -3,6 +3,7 @@
 Names are checked, a copy of a file has another name, and nothing is overwritten.
 """
 
+import math
 import os
 import re
 import textwrap
@@ -125,10 +126,13 @@ def with_knowledge(document: tomlkit.TOMLDocument, known: "Knowledge", contracti
     """
     table = document["coefficients"]
     for name, mean, sd in zip(known.names, known.mean.tolist(), known.sd.tolist(), strict=True):
-        item = tomlkit.inline_table()
-        item.update({"value": mean, "sd": sd})
-        table[name] = item
-        table[name].comment(_remark(contraction.get(name)))
+        ratio = contraction.get(name, math.nan)
+        remark = (
+            f"by the prior alone: {ratio:.2g} of its sd" if ratio >= UNTOUCHED else f"{ratio:.2g} of the prior's sd"
+        )
+        table[name] = tomlkit.inline_table()
+        table[name].update({"value": mean, "sd": sd})
+        table[name].comment("no part in the trial; by its correlations" if math.isnan(ratio) else remark)
     document.pop("correlations", None)
     text = document.as_string().rstrip() + "\n"
     if len(known.names) > 1:
@@ -136,14 +140,6 @@ def with_knowledge(document: tomlkit.TOMLDocument, known: "Knowledge", contracti
         names = ", ".join(f'"{name}"' for name in known.names)
         text += f"\n[correlations]\ncoefficients = [{names}]\nmatrix = [\n{rows}]\n"
     return text
-
-
-def _remark(contraction: float | None) -> str:
-    if contraction is None:
-        return "no part in the trial; by its correlations"
-    if contraction >= UNTOUCHED:
-        return f"by the prior alone: {contraction:.2g} of its sd"
-    return f"{contraction:.2g} of the prior's sd"
 
 
 def geometry(name: str) -> str:

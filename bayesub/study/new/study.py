@@ -32,18 +32,10 @@ _OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
 def simulated(name: str, path: Path, vehicle: str, manoeuvre: str) -> str:
     """The text of a study file `path` that simulates a vehicle on a manoeuvre and measures its track."""
     boat, plane = load_vehicle(vehicle), manoeuvre if manoeuvre in MOVING else None
-    return _text(
-        name,
-        path,
-        boat,
-        vehicle,
-        what=f"the manoeuvre {manoeuvre}",
-        manoeuvre=files.seen_from(path, manoeuvre),
-        column="x_m",
-        instrument="track",
-        free=plane or "all",
-        is_few=len(boat.equations.active(boat, subproblem=plane)) <= FEW,
-    )
+    about = {"what": f"the manoeuvre {manoeuvre}", "manoeuvre": files.seen_from(path, manoeuvre)}
+    is_few = len(boat.equations.active(boat, subproblem=plane)) <= FEW
+    asked = {"column": "x_m", "instrument": "track", "free": plane or "all", "is_few": is_few}
+    return _text(name, path, boat, vehicle, **about, **asked)
 
 
 def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:

@@ -290,15 +290,9 @@ class Study(TrialKeys):
 
 
 def load_study(path: str | Path, *, quick: bool = False) -> Study:
-    """Read a study file.
+    """Read a study file; with `quick` its ``[quick]`` section overrides the others.
 
-    Parameters
-    ----------
-    quick : apply its ``[quick]`` section, which overrides the others
-
-    Raises
-    ------
-    InputError : names file, key and remedy
+    InputError names file, key and remedy.
     """
     path = Path(path)
     study = toml_files.read_toml(path, Study)
