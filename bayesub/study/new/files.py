@@ -102,7 +102,7 @@ def copied_vehicle(name: str, source: str, path: Path = Path()) -> str:
 
 
 def captive_vehicle(name: str, source: str, table: Path, path: Path) -> tuple[str, list[tuple[str, ...]]]:
-    """The text of a vehicle file `path`, and what was said of each axis.
+    """The text of a vehicle file `path`, and a line of words for each axis.
 
     It is `source` (built-in name or path) under another name, with what a table of captive tests says (CSV).
     """
