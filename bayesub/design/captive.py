@@ -41,29 +41,31 @@ def known_by(boat: Vehicle, path: Path) -> tuple[Knowledge, np.ndarray, list[tup
     places, held = np.flatnonzero(can), np.where(can, 0.0, boat.xi)
     prior = from_vehicle(boat, relative_normal(SD)).on(places, boat.xi, equations)
     root = prior.chain(np.eye(len(places)), np.zeros(len(places)))
-    forces = _forces(table, boat)
+    velocities, accelerations = np.split(np.stack([table[name] for name in MOTION], axis=1), 2, axis=1)
+    controls = [table[control.column] * si_factor(control.column) for control in equations.controls]
+    motion = velocities, accelerations, np.stack([*controls, table[PROPELLER]], axis=1)
     derivatives, rests, words = [], [], []
-    for axis in measured:
-        header = f"{axis}_prime"
-        rows = np.isfinite(table[header])
-        matrix, rest = forces[axis][rows][:, can], table[header][rows] - forces[axis][rows] @ held
-        own = np.array([equations.terms[k].axis == axis for k in places])
-        if not own.any() or not rows.any():
+    for axis, block in forces(boat, *motion).items():
+        header, columns = f"{axis}_prime", equations.columns(equations.names_of_axis(axis))
+        if axis not in measured:
+            continue
+        rows, free = np.isfinite(table[header]), can[columns]
+        if not free.any() or not rows.any():
             lack = f"the vehicle has no coefficient of axis {axis} with a value or an sd" if rows.any() else "is empty"
             raise InputError(f"{path}: column '{header}': {lack}; delete the column", "data", header)
-        said, errors = _fit(axis, path, matrix[:, own], rest, table[f"{header}_sd"][rows])
-        derivatives.append(matrix / errors[:, None])
+        matrix, rest = block[rows][:, free], table[header][rows] - block[rows] @ held[columns]
+        said, errors = _fit(axis, path, matrix, rest, table[f"{header}_sd"][rows])
+        of_all = np.zeros((len(rest), len(places)))
+        of_all[:, np.isin(places, columns)] = matrix / errors[:, None]
+        derivatives.append(of_all)
         rests.append(rest / errors)
         words.append(said)
     whole = np.concatenate(derivatives)
     q, r = np.linalg.qr(np.vstack([whole @ root, np.eye(len(places))]))
     spread = root @ np.linalg.inv(r)
     mean = prior.mean + spread @ (q[: len(whole)].T @ (np.concatenate(rests) - whole @ prior.mean))
-    return (
-        of_moments([equations.names[k] for k in places], mean, spread @ spread.T),
-        np.linalg.norm(root, axis=1),
-        words,
-    )
+    known = of_moments([equations.names[k] for k in places], mean, spread @ spread.T)
+    return known, np.linalg.norm(root, axis=1), words
 
 
 def _fit(axis, path, matrix, rest, errors):
@@ -83,22 +85,24 @@ def _fit(axis, path, matrix, rest, errors):
     return (axis, f"{len(rest)} forces", f"determine {len(kept)} of {len(sizes)}", condition, size), errors
 
 
-def _forces(table: dict[str, np.ndarray], boat: Vehicle) -> dict[str, np.ndarray]:
-    """Axis -> (n, n_terms) dimensionless forces for coefficients of one."""
+def forces(
+    boat: Vehicle, velocities: np.ndarray, accelerations: np.ndarray, controls: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Axis -> (n, n_axis) dimensionless forces for coefficients of one, in the order of the axis.
+
+    Velocities u' v' w' p' q' r' and accelerations, (n, 6) each, are dimensionless by length and trial speed; controls
+    (n, n_controls + 1) are those of the equations, SI units, and after them n/n0.
+    """
     length, speed, equations = boat.length_m, boat.speed_mps, boat.equations
     scales = np.array([speed] * 3 + [speed / length] * 3)
-    velocities, accelerations = np.split(np.stack([table[name] for name in MOTION], axis=1), 2, axis=1)
     states = np.zeros((len(velocities), 12))
     states[:, positions(*VELOCITIES)] = velocities * scales
-    controls = [table[control.column] * si_factor(control.column) for control in equations.controls]
-    controls.append(table[PROPELLER] * speed)
-    moved = states, accelerations * scales * speed / length, np.stack(controls, axis=1), boat.constants
+    with_propeller = np.column_stack([controls[:, :-1], controls[:, -1] * speed])
     found = {}
+    moved = states, accelerations * scales * speed / length, with_propeller, boat.constants
     for axis, block in equations.regressors(*moved).items():
-        columns = equations.columns(equations.names_of_axis(axis))
-        found[axis] = np.zeros((len(block), len(boat.xi)))
         unit = 0.5 * boat.water_density_kgm3 * speed**2 * length ** (2 if axis in "XYZ" else 3)
-        found[axis][:, columns] = block * boat.dimensional_factors[columns] / unit
+        found[axis] = block * boat.dimensional_factors[equations.columns(equations.names_of_axis(axis))] / unit
     return found
 
 
@@ -106,8 +110,8 @@ def _read(path: Path, boat: Vehicle) -> dict[str, np.ndarray]:
     """Column -> (n,) cells of a table of captive runs; motions and controls that it leaves out are zero."""
     import pandas as pd
 
-    forces = [f"{axis}_prime" for axis in AXES if boat.equations.names_of_axis(axis)]
-    sds = [f"{name}_sd" for name in forces]
+    loads = [f"{axis}_prime" for axis in AXES if boat.equations.names_of_axis(axis)]
+    sds = [f"{name}_sd" for name in loads]
     defaults = dict.fromkeys((*MOTION, *(control.column for control in boat.equations.controls)), 0.0)
     defaults |= {PROPELLER: 1.0} | dict.fromkeys(sds, np.nan)
     options = {"skip_blank_lines": False, "skipinitialspace": True, "encoding": "utf-8-sig", "index_col": False}
@@ -117,14 +121,14 @@ def _read(path: Path, boat: Vehicle) -> dict[str, np.ndarray]:
     except (ValueError, pd.errors.ParserWarning) as error:
         raise InputError(f"{path}: is no table with a header and commas: {one_line(str(error))}", "format") from None
     for name in cells:
-        check_known(name, (*defaults, *forces, LABEL), f"{path}: unknown column '{name}'")
-    if not (cells.columns.isin(forces).any() and "u_prime" in cells):
-        name = "u_prime" if "u_prime" not in cells else forces[0]
+        check_known(name, (*defaults, *loads, LABEL), f"{path}: unknown column '{name}'")
+    if not (cells.columns.isin(loads).any() and "u_prime" in cells):
+        name = "u_prime" if "u_prime" not in cells else loads[0]
         raise InputError(f"{path}: column '{name}' is missing", "missing", name)
     numbers = cells.apply(pd.to_numeric, errors="coerce").astype(float)
     for name, column in numbers.items():
         least, most = (_SMALLEST if name in sds else -np.inf), min(toml_files.largest(name), _LARGEST)
-        is_right = (column >= least) & (column.abs() <= most) | (cells[name].isna() & (name in forces))
+        is_right = (column >= least) & (column.abs() <= most) | (cells[name].isna() & (name in loads))
         for line in column.index[~is_right][:1]:
             what = f"from {_SMALLEST:g} to" if name in sds else "of at most"
             found = "nothing" if pd.isna(cells[name][line]) else cells[name][line]

@@ -11,15 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from bayesub.design.captive import LABEL, MOTION, PROPELLER
-from bayesub.logs.log_files import positions
+from bayesub.design.captive import LABEL, MOTION, PROPELLER, forces
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
 
 PHASES = 24  # of a cycle at which an oscillating run measures
 BALANCE = 0.01  # sd of a force, of the largest of that axis in the catalogue
 PER_HOUR = 10.0  # runs
-VELOCITIES = positions("u", "v", "w", "p", "q", "r")
 TEXTBOOK = ("oblique tow", "planes", "rotating arm", "planar motion")  # the order of a programme
 TWO = "two rotations"  # kind of a run that only a hexapod or a rotary balance can make
 
@@ -123,20 +121,11 @@ class Tank:
         largest = {
             axis: max(np.abs(m[axis] @ boat.xi[self.columns[axis]]).max() for m in self.matrices) for axis in AXES
         }
-        self.sds = {axis: BALANCE * size for axis, size in largest.items()}  # N and N m
+        self.sds = {axis: BALANCE * size for axis, size in largest.items()}  # dimensionless, as all forces
 
     def _forces(self, run: Run) -> dict[str, np.ndarray]:
-        boat = self.boat
-        length, speed = boat.length_m, boat.speed_mps
-        scales = np.array([speed] * 3 + [speed / length] * 3)
-        states = np.zeros((len(run.velocities), 12))
-        states[:, VELOCITIES] = run.velocities * scales
-        controls = np.tile([*run.planes, run.propeller * speed], (len(states), 1))
-        by_axis = boat.equations.regressors(
-            states, run.accelerations * scales * speed / length, controls, boat.constants
-        )
-        factors = boat.dimensional_factors
-        return {axis: block * factors[self.columns[axis]] for axis, block in by_axis.items()}
+        controls = np.tile([*run.planes, run.propeller], (len(run.velocities), 1))
+        return forces(self.boat, run.velocities, run.accelerations, controls)
 
     def spectra(self, kinds: tuple[str, ...]) -> dict[str, np.ndarray]:
         """Axis -> singular values of the forces of all runs of some kinds, of columns scaled to unit length if any."""
@@ -163,29 +152,25 @@ class Tank:
         return whole if len(whole) <= len(AXES) else np.linalg.qr(whole, mode="r")
 
     def measure(self, k: int, xi: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
-        """Axis -> (n,) forces that a boat with coefficients (n_terms,) has in a run, with errors, N and N m."""
+        """Axis -> (n,) forces that a boat with coefficients (n_terms,) has in a run, with errors."""
         exact = {axis: matrix @ xi[self.columns[axis]] for axis, matrix in self.matrices[k].items()}
         return {axis: force + self.sds[axis] * rng.standard_normal(len(force)) for axis, force in exact.items()}
 
 
-def write(path: Path, tank: Tank, chosen: list[int], forces: list[dict[str, np.ndarray]]) -> None:
-    """A table of captive runs as ``bayesub new vehicle --captive`` reads it; forces of each run are in N and N m."""
+def write(path: Path, tank: Tank, chosen: list[int], loads: list[dict[str, np.ndarray]]) -> None:
+    """A table of captive runs as ``bayesub new vehicle --captive`` reads it, with the forces of each run."""
     boat = tank.boat
     planes = [control.column for control in boat.equations.controls]
-    units = {
-        axis: 0.5 * boat.water_density_kgm3 * boat.speed_mps**2 * boat.length_m ** (2 if axis in "XYZ" else 3)
-        for axis in AXES
-    }
     headers = [f"{axis}_prime{suffix}" for suffix in ("", "_sd") for axis in AXES]
-    errors = [float(tank.sds[axis] / units[axis]) for axis in AXES]
+    errors = [float(tank.sds[axis]) for axis in AXES]
     with path.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow([LABEL, *MOTION, *planes, PROPELLER, *headers])
-        for k, measured in zip(chosen, forces, strict=True):
+        for k, measured in zip(chosen, loads, strict=True):
             run = tank.runs[k]
             for row, (velocity, rate) in enumerate(zip(run.velocities, run.accelerations, strict=True)):
-                loads = [float(measured[axis][row] / units[axis]) for axis in AXES]
-                table.writerow([run.kind, *velocity, *rate, *np.degrees(run.planes), run.propeller, *loads, *errors])
+                cells = [float(measured[axis][row]) for axis in AXES]
+                table.writerow([run.kind, *velocity, *rate, *np.degrees(run.planes), run.propeller, *cells, *errors])
 
 
 class Knowledge:

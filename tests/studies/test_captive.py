@@ -37,7 +37,9 @@ def test_forces_are_those_that_hold_the_boat_in_a_steady_turn(tank):
         return mass(xi * factors, boat.body) @ rates
 
     expected = load(boat.xi) - load(bare)
-    found = [tank.matrices[k][axis][0] @ boat.xi[tank.columns[axis]] for axis in AXES]
+    scale = 0.5 * boat.water_density_kgm3 * boat.speed_mps**2 * boat.length_m**2
+    units = scale * np.repeat([1.0, boat.length_m], 3)
+    found = units * [tank.matrices[k][axis][0] @ boat.xi[tank.columns[axis]] for axis in AXES]
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-6 * np.abs(expected).max())
 
 

@@ -65,18 +65,16 @@ def vehicle_file(run: FinishedRun, path: Path) -> str:
 
     `[prior] kind = "vehicle"` of another study reads it back.
     """
-    vehicle, study, knowledge = run.vehicle, run.study, known(run)
+    study, posterior, knowledge = run.study, run.posterior, known(run)
     source = toml_files.find(study.path(study.vehicle), "vehicles")
     document = tomlkit.parse(toml_files.read_text(source))
     equations = document.get("equations")
     if isinstance(equations, str) and toml_files.is_path(equations):
         document["equations"] = files.relative(path, study.path(beside(study.vehicle, equations)))
     origin = f"posterior of the study '{study.name}' by bayesub {metadata.version('bayesub')}"
-    document["reference"] = f"{vehicle.reference.rstrip('. ')}; {origin}" if vehicle.reference else origin
-    posterior = run.posterior
     document["coefficients"].update(prior_of(run)[1])
     contraction = dict(zip(posterior.names, posterior.contraction.tolist(), strict=True))
-    text = files.with_knowledge(document, knowledge, contraction)
+    text = files.with_knowledge(document, origin, knowledge, contraction)
     said = (line for sentence in _head(run, knowledge) for line in textwrap.wrap(sentence, 116))
     return "".join(f"# {line}\n" for line in said) + text
 

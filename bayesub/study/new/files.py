@@ -7,7 +7,6 @@ import math
 import os
 import re
 import textwrap
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -111,22 +110,21 @@ def captive_vehicle(name: str, source: str, table: Path, path: Path) -> tuple[st
 
     boat = load_vehicle(source)
     known, before, words = known_by(boat, table)
-    document = tomlkit.parse(copied_vehicle(name, source, path))
-    origin = f"captive tests of {table.name}"
-    document["reference"] = f"{boat.reference.rstrip('. ')}; {origin}" if boat.reference else origin
+    document, origin = tomlkit.parse(copied_vehicle(name, source, path)), f"captive tests of {table.name}"
     contraction = dict(zip(known.names, (known.sd / before).tolist(), strict=True))
     head = f"# Coefficients by {origin}. Their prior had the sds of '{source}', else {SD:g} of the values there.\n"
-    return head + with_knowledge(document, known, contraction), words
+    return head + with_knowledge(document, origin, known, contraction), words
 
 
-def with_knowledge(document: tomlkit.TOMLDocument, known: "Knowledge", contraction: Mapping[str, float]) -> str:
-    """The text of a vehicle file with what is known of its coefficients, and posterior over prior sds as remarks.
+def with_knowledge(document: tomlkit.TOMLDocument, origin: str, known: "Knowledge", ratios: dict[str, float]) -> str:
+    """The text of a vehicle file with what is known of its coefficients, from where, and posterior over prior sds.
 
     ``[prior] kind = "vehicle"`` of a study reads it back.
     """
-    table = document["coefficients"]
+    table, reference = document["coefficients"], document.get("reference", "")
+    document["reference"] = f"{reference.rstrip('. ')}; {origin}" if reference else origin
     for name, mean, sd in zip(known.names, known.mean.tolist(), known.sd.tolist(), strict=True):
-        ratio = contraction.get(name, math.nan)
+        ratio = ratios.get(name, math.nan)
         remark = (
             f"by the prior alone: {ratio:.2g} of its sd" if ratio >= UNTOUCHED else f"{ratio:.2g} of the prior's sd"
         )
