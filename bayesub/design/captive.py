@@ -11,7 +11,7 @@ import numpy as np
 
 from bayesub.design.knowledge import Knowledge, of_moments
 from bayesub.io import toml_files
-from bayesub.io.errors import InputError, check_known, one_line
+from bayesub.io.errors import InputError, check_known
 from bayesub.logs.log_files import ACCELERATIONS, VELOCITIES, positions, si_factor
 from bayesub.model.equations import AXES
 from bayesub.model.vehicles import Vehicle
@@ -118,8 +118,9 @@ def _read(path: Path, boat: Vehicle) -> dict[str, np.ndarray]:
     try:
         with toml_files.reading(path), warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
             cells = pd.read_csv(path, dtype=str, **options).dropna(how="all").drop(columns=LABEL, errors="ignore")
-    except (ValueError, pd.errors.ParserWarning) as error:
-        raise InputError(f"{path}: is no table with a header and commas: {one_line(str(error))}", "format") from None
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, pd.errors.ParserWarning):
+        text = f"{path}: is no table of a header and rows with as many cells, between commas; write decimal points"
+        raise InputError(text, "format") from None
     for name in cells:
         check_known(name, (*defaults, *loads, LABEL), f"{path}: unknown column '{name}'")
     if not (cells.columns.isin(loads).any() and "u_prime" in cells):

@@ -40,7 +40,7 @@ def towed(boat, rng, size, *, seen=True):
 
 
 def written(path, lines):
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="surrogateescape")
     return path
 
 
@@ -117,6 +117,7 @@ BAD = {
     "an axis without coefficients": ([HEADER.replace("N_prime", "K_prime"), ROW], "data", "K_prime"),
     "no rows": ([HEADER], "data", "Y_prime"),
     "nothing": ([], "format", ""),
+    "a byte of another encoding": ([HEADER, ROW.replace("tow", "t\udcf6w")], "format", ""),
 }
 
 
@@ -125,6 +126,11 @@ def test_bad_tables_are_refused(simple, tmp_path, what):
     lines, category, key = BAD[what]
     with refused(category, key):
         known_by(simple, written(tmp_path / "runs.csv", lines))
+
+
+def test_a_table_that_is_not_there(simple, tmp_path):
+    with refused("file"):
+        known_by(simple, tmp_path / "runs.csv")
 
 
 def test_it_needs_a_vehicle(tmp_path, bayesub, monkeypatch):
