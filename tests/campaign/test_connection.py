@@ -42,13 +42,15 @@ from bayesub.design.search import Cost, search
 from thesis import cases
 from bayesub.study.run.script import load
 
+CALIBRATION = load(Path({studies!r}) / "calibration.py")
+CALIBRATION.MAX_STEPS = 300
+DISTURBED = load(Path({studies!r}) / "disturbed.py")
+
 
 def compute(run):
     run.progress.stage("calibration")
-    calibration = load(Path({studies!r}) / "calibration.py")
-    calibration.MAX_STEPS = 300
-    experiment = calibration.planar(calibration.FEW)["track"]
-    trials = run.repeat("calibration", partial(calibration.trial, experiment, 0), 2)
+    experiment = CALIBRATION.planar(CALIBRATION.FEW)["track"]
+    trials = run.repeat("calibration", partial(CALIBRATION.trial, experiment, 0), 2)
     parts = run.parts("SQP", {{f"start {{k}}": partial(searched, k) for k in range(2)}})
     return {{
         "ranks": [t["ranks"] for t in trials],
