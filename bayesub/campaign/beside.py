@@ -70,11 +70,11 @@ def _cached(function, parameters):
 
 
 def _modules() -> list[str]:
-    """Names of the imported modules that lie in the folder of a study."""
+    """Names of the imported modules that lie in the folder of a study and are imported from it, as scripts are not."""
     names = []
     for name, module in list(sys.modules.items()):
         file = Path(getattr(module, "__file__", None) or "")
-        above = name.count(".") + file.name.startswith("__init__.")
-        if name != "__main__" and len(file.parents) > above and str(file.parents[above]) in _folders:
+        place = file.parent if file.name.startswith("__init__.") else file.parent / file.name.partition(".")[0]
+        if name != "__main__" and any(place == Path(folder, *name.split(".")) for folder in _folders):
             names.append(name)
     return names

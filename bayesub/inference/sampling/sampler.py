@@ -291,10 +291,11 @@ class _Run:
                     break
                 y, log_prob = self.state.coords[: PROBES - tried], self.state.log_prob[: PROBES - tried]
                 anew, factors = redrawn(geometry, np.array([j]), y, random)
-                gain = self.geometry.log_prob(self.problem, anew) - log_prob + factors
-                accepted = anew[np.log(random.random_sample(len(anew))) < gain, : geometry.n_params]
-                values = geometry.parameters(accepted)[:, j]
-                counts[k] += np.count_nonzero((values < low) | (values > high))
+                values, chances = geometry.parameters(anew[:, : geometry.n_params])[:, j], random.random_sample(len(y))
+                beyond = (values < low) | (values > high)
+                if beyond.any():  # the others count for nothing, and are not simulated
+                    gain = (self.geometry.log_prob(self.problem, anew[beyond]) - log_prob[beyond]) + factors[beyond]
+                    counts[k] += np.count_nonzero(np.log(chances[beyond]) < gain)
         return counts
 
     def cover(self, uncovered: np.ndarray) -> None:
