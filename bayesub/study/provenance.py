@@ -112,7 +112,7 @@ def study_change(saved: dict, config: dict, ignored: Iterable[str] = ()) -> str:
     if "script_sha256" in saved and saved["script_sha256"] != config.get("script_sha256"):
         return "the script has changed since"
     before, after = saved.get("files_sha256", {}), config.get("files_sha256", {})
-    for name in before.keys() & after.keys():
+    for name in sorted(before.keys() & after.keys()):
         if before[name] != after[name]:
             return f"{name} has changed since"
     ignored = {*ignored, *CODE, "quick", "script"}  # what [quick] changes stands in the other sections

@@ -128,6 +128,16 @@ def test_processes_of_this_machine_import_them(study, tmp_path):
     assert bs.run(study, tmp_path / "again", executor=executor).verdict == "claim holds"
 
 
+def test_a_script_may_load_one_of_another_folder(study, tmp_path):
+    """While it is loaded itself: where the order of folders changes, scripts are no modules that are forgotten."""
+    other = tmp_path / "other" / "study.py"
+    other.parent.mkdir()
+    call = f"from bayesub.study.run.script import load\nOTHER = load(__import__('pathlib').Path({str(study)!r}))\n"
+    data = "from dataclasses import dataclass\n@dataclass\nclass Own: number: 'int' = 3\n"
+    other.write_text(f"from __future__ import annotations\n{call}{data}")
+    assert script.load(other).Own().number == 3
+
+
 def test_by_value_they_need_no_folder(study, tmp_path):
     """Another process does what functions of them do, without being able to import them."""
     module = script.load(study)

@@ -103,6 +103,20 @@ def test_where_walks_come_everywhere_nothing_changes():
         assert posterior.n_warmup == round(0.1 * (posterior.n_warmup + posterior.n_steps))
 
 
+def test_values_where_draws_have_been_are_not_simulated(monkeypatch):
+    """Of parameters of which the data say nothing that are nearly all of their prior."""
+
+    def sampled():
+        problem, _ = ill_conditioned(singular_values=np.array([10.0, 0.0, 0.0, 0.0]))
+        return bs.sample(problem, rng=np.random.default_rng(1))
+
+    probed = sampled()
+    monkeypatch.setattr(sampler, "PROBED", np.inf)
+    plain = sampled()
+    np.testing.assert_array_equal(probed.chain, plain.chain)
+    assert 0 < probed.evaluations - plain.evaluations < 0.02 * 4 * PROBES
+
+
 def test_a_posterior_that_was_saved_says_what_was_not_visited(tmp_path):
     posterior = bs.sample(WIDE["log_sd 5"], rng=np.random.default_rng(1))
     lacking = posterior.given(WIDE["log_sd 5"].prior)
