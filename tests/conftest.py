@@ -27,13 +27,13 @@ RENDER = style.save
 def pytest_addoption(parser):
     """Options: to write the sentences of refusals again, and to run a twentieth of the tests."""
     parser.addoption("--sentences", action="store_true", help="write tests/sentences.json again; with -n 0")
-    parser.addoption("--part", type=int, choices=range(20), help="only a twentieth of the tests, by name, as CI does")
+    parser.addoption("--part", type=int, choices=range(10), help="only a tenth of the tests, by name, as CI does")
 
 
 def pytest_collection_modifyitems(config, items):
     """Leave out the tests of other days."""
     if (part := config.getoption("part")) is not None:
-        parts = {item: zlib.crc32(item.nodeid.encode()) % 20 for item in items}
+        parts = {item: zlib.crc32(item.nodeid.encode()) % 10 for item in items}
         config.hook.pytest_deselected(items=[item for item in items if parts[item] != part])
         items[:] = [item for item in items if parts[item] == part]
 
