@@ -23,7 +23,7 @@ from at_sea import plots
 from at_sea.disturbances import PUSHED, STILL, disturbed
 from bayesub.report.markdown import columns
 from thesis import cases
-from wrong_coefficients.open_sets import null_moves, open_set, random_sets, randomised
+from wrong_coefficients.open_sets import null_moves, open_set, random_sets, tracks
 
 DATA = {"one manoeuvre": (1, 20), "10 manoeuvres": (10, 8)}  # manoeuvres, and sets
 # Quick: half a minute, because kernels of six degrees of freedom with forces from outside are compiled.
@@ -60,7 +60,7 @@ def of_vehicle(run, vehicle, data, n_unseen):
         draws = run.repeat(f"sets_{vehicle}_{n}", partial(open_set, vehicle, n), n_sets)
         sets[kind] = np.array([one["xi"] for one in draws])
     run.progress.stage(f"{vehicle}: fly")
-    names = randomised(boat, simulators[:1], np.random.default_rng(0)).names
+    names = tracks(boat, simulators[:1]).names
     sets |= {NULL: null_moves(boat, names)} | random_sets(boat, RANDOM, data["one manoeuvre"][1])
     found = {kind: disturbed(boat, simulators[n_seen:], some) for kind, some in sets.items()}
     return found | {"noise_m": 0.5 * cases.length_scale(boat), "length": cases.length_scale(boat)}

@@ -21,7 +21,7 @@ import bayesub as bs
 from bayesub.report.markdown import columns
 from thesis.cases import VEHICLES, unseen
 from wrong_coefficients import plots
-from wrong_coefficients.open_sets import errors, null_moves, open_set, random_sets, randomised
+from wrong_coefficients.open_sets import errors, null_moves, open_set, random_sets, tracks
 
 DATA = {"one manoeuvre": 1, "10 manoeuvres": 10, "100 manoeuvres": 100}
 N_DRAWS, N_UNSEEN = 20, 50
@@ -60,7 +60,7 @@ def errors_by_kind(run, vehicle, data, n_draws, n_unseen):
         sets[kind] = np.array([draw["xi"] for draw in draws])
         unfinished[kind] = [draw["status"] for draw in draws if not draw["status"].startswith("converged")]
     run.progress.stage(f"{vehicle}: fly")
-    names = randomised(boat, simulators[:1], np.random.default_rng(0)).names
+    names = tracks(boat, simulators[:1]).names
     sets |= {"null directions": null_moves(boat, names)} | random_sets(boat, RANDOM, n_draws)
     results = {kind: errors(boat, names, simulators, n_seen, xi) for kind, xi in sets.items()}
     for kind, statuses in unfinished.items():

@@ -1,6 +1,7 @@
 """Coefficient sets that data leave open, and how far off the tracks are that they predict."""
 
 from collections.abc import Iterable
+from functools import cache
 
 import numpy as np
 
@@ -24,9 +25,8 @@ def open_set(vehicle: str, n_manoeuvres: int, k: int) -> dict:
     The readings get noise, the centre of the prior a draw from it, and the mode is found again (Bardsley et al. 2014),
     from the truth, since the question is what the data leave open around it.
     """
-    boat = load_vehicle(vehicle)
-    problem = randomised(boat, cases.unseen(boat, n_manoeuvres), np.random.default_rng([cases.SEED, n_manoeuvres, k]))
-    mode = gauss_newton(problem, boat.xi[problem.columns], max_iterations=MOST_ITERATIONS)
+    problem = randomised(seen(vehicle, n_manoeuvres), np.random.default_rng([cases.SEED, n_manoeuvres, k]))
+    mode = gauss_newton(problem, problem.vehicle.xi[problem.columns], max_iterations=MOST_ITERATIONS)
     return {
         "xi": problem.coefficient_sets(mode.values)[0].tolist(),
         "cost": mode.costs[0],
@@ -34,17 +34,31 @@ def open_set(vehicle: str, n_manoeuvres: int, k: int) -> dict:
     }
 
 
-def randomised(boat: Vehicle, simulators: Iterable[Simulator], rng: np.random.Generator) -> JointProblem:
-    """The joint problem of noisy tracks of manoeuvres, with its prior moved, at the same width, to a draw from it."""
-    sensor, sds = cases.tracking_range(boat), PRIOR_SD * np.abs(boat.xi)
-    centre = boat.xi + sds * rng.standard_normal(len(NAMES))
+@cache
+def seen(vehicle: str, n_manoeuvres: int) -> JointProblem:
+    """:func:`tracks` of the first unseen manoeuvres; each process flies them once for all its sets."""
+    boat = load_vehicle(vehicle)
+    return tracks(boat, cases.unseen(boat, n_manoeuvres))
+
+
+def tracks(boat: Vehicle, simulators: Iterable[Simulator]) -> JointProblem:
+    """The joint problem of exact tracks of manoeuvres, with a prior about the truth."""
+    given = {"free": NAMES, "prior": priors.relative_normal(PRIOR_SD)}
+    flown = [simulator.manoeuvre for simulator in simulators]
+    return JointProblem({one.name: cases.posed(boat, one, cases.tracking_range(boat), None, **given) for one in flown})
+
+
+def randomised(problem: JointProblem, rng: np.random.Generator) -> JointProblem:
+    """The same with noise on the tracks, and the prior moved, at the same width, to a draw from it."""
+    xi, sds = problem.vehicle.xi, PRIOR_SD * np.abs(problem.vehicle.xi)
+    centre = xi + sds * rng.standard_normal(len(NAMES))
     moved = {n: priors.normal(c, sd) for n, c, sd in zip(NAMES, centre, sds, strict=True) if sd > 0.0}
     prior = priors.Given(priors.relative_normal(PRIOR_SD), moved)
-    problems = {}
-    for simulator in simulators:
-        manoeuvre = simulator.manoeuvre
-        problems[manoeuvre.name] = cases.posed(boat, manoeuvre, sensor, rng, free=NAMES, prior=prior)
-    return JointProblem(problems)
+
+    def changed(trial):
+        return trial.view(spread=prior, readings=trial.readings + trial.sds * rng.standard_normal(trial.sds.size))
+
+    return problem.of_trials(changed)
 
 
 def null_moves(boat: Vehicle, names) -> np.ndarray:
