@@ -72,8 +72,8 @@ def _times(folder: Path) -> list[str]:
     known = sorted((item for item in seconds.items() if 0.0 < item[1] < np.inf), key=lambda item: -item[1])
     cells = [f"{name}: {duration(time)}" for name, time in known]
     cells += [""] * (-len(cells) % 4)
-    words = f"{len(known)} of {len(seconds)} runs: {duration(sum(time for _, time in known))} together. Those that claim seconds "
-    words += "ran alone on two cores, most others two at a time, each on one."
+    words = f"{len(known)} of {len(seconds)} runs: {duration(sum(time for _, time in known))} together. "
+    words += "Those that claim seconds ran alone on two cores, most others two at a time, each on one."
     return [words, "", *table([""] * 4, np.reshape(cells, (-1, 4)))]
 
 
