@@ -8,7 +8,7 @@ of the next ones, from ten minutes each, hold 87 to 93 % of them, and the median
 boat's own log leaves: not less, for what one boat's trial does not show five sisters hardly show either. The inferred
 spreads hold the truth. Of sisters one in a hundred is taken for a stranger; of boats that differ by three times the
 spread of the class nine in ten are.
-Cost: two minutes on two cores.
+Cost: forty minutes of one core.
 Quick: half a minute, because six posteriors are sampled; of one boat nothing is claimed but that it converges.
 """
 
