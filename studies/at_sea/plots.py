@@ -23,7 +23,13 @@ def draw(path, numbers) -> None:
                 panel.semilogy(places, middle, marker, ms=5, mew=0, color=colour, label=name)
             panel.axhline(noise, color=style.TRUTH, lw=0.8, ls="--")
             panel.annotate(
-                "noise of a track", (0.02, noise), (0, 3), ("axes fraction", "data"), "offset points", fontsize=8
+                "noise of a track",
+                (0.98, noise),
+                (0, 3),
+                ("axes fraction", "data"),
+                "offset points",
+                fontsize=8,
+                ha="right",
             )
             panel.set_xticks(range(len(result)), list(result), rotation=40, ha="right", fontsize=8)
             panel.set_title(vehicle, fontsize=9)
