@@ -130,7 +130,7 @@ def test_processes_of_this_machine_import_them(study, tmp_path):
 
 def test_a_script_may_load_one_of_another_folder(study, tmp_path):
     """While it is loaded itself: where the order of folders changes, scripts are no modules that are forgotten."""
-    other = tmp_path / "other" / "study.py"
+    other = tmp_path / "other" / "outer.py"
     other.parent.mkdir()
     call = f"from bayesub.study.run.script import load\nOTHER = load(__import__('pathlib').Path({str(study)!r}))\n"
     data = "from dataclasses import dataclass\n@dataclass\nclass Own: number: 'int' = 3\n"

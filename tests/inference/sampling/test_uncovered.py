@@ -8,6 +8,7 @@ import bayesub as bs
 from bayesub.inference.baselines import posterior_mode
 from bayesub.inference.sampling import sampler
 from bayesub.inference.sampling.geometry import Geometry, redrawn
+from bayesub.inference.sampling.posterior import PROBES
 from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal
 from bayesub.problem.priors import Normal, Uniform
 from bayesub.problem.shared_scale import SharedScale
