@@ -202,7 +202,7 @@ def test_a_study_is_picked_up_when_it_has_run(tmp_path):
     assert "| 2, " in text
     assert "| [wrong_coefficients](wrong_coefficients) |" in text
     assert "| [towing](towing) |  | Why towing? |" in text
-    assert "1 of 2 runs: 1 h 02 min together." in text
+    assert "1 of 2 runs: 1 h 02 min together. Those that claim seconds ran alone on two cores" in text
     assert "| towing: 1 h 02 min |  |  |  |" in text
 
 
