@@ -8,7 +8,7 @@ import click
 
 from bayesub.cli import arguments
 from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup, refuse_several
-from bayesub.io import toml_files
+from bayesub.io import templates, toml_files
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import LONG_S, Bars, aligned, say, say_rows
 
@@ -126,10 +126,9 @@ def study(name: str, output: Path | None, vehicle: str | None, manoeuvre: str | 
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="File to write; limits.toml if left out.")
 def limits(output: Path | None) -> None:
     """Write the limits of boat, crew and range, for `bayesub design`."""
-    from bayesub.study.new import files
-
     path = output or Path("limits.toml")
-    _write(path, files.limits(path), f"change it, then bayesub design VEHICLE --limits {path} -o DIR")
+    text = templates.fill("bayesub.study.new", "new_limits.toml", file=path)
+    _write(path, text, f"change it, then bayesub design VEHICLE --limits {path} -o DIR")
 
 
 def _write(path: Path, text: str, advice: str) -> None:

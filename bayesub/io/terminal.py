@@ -141,7 +141,7 @@ class Bars:
     """The stage at work as a bar with its pace and the time left, and a line with its time for each that has ended.
 
     Where the output is no terminal there are the lines, and of a stage that takes long one a minute. A stage that took
-    less than `least_s` has no line; with such a limit one that does not count its work is among those that take long.
+    less than `least_s` has no line.
     """
 
     def __init__(self, least_s: float = 0.0):
@@ -164,7 +164,7 @@ class Bars:
 
     def __enter__(self):
         self.bars.start()
-        if self.bars.disable and 0.0 < self.least < math.inf:
+        if self.bars.disable and self.least < math.inf:
             threading.Thread(target=self._watch, daemon=True).start()
         return self
 

@@ -87,8 +87,7 @@ def vehicle(name: str, hull: Hull | None = None, equations: str = DEFAULT, path:
     """
     check_name(name)
     terms = load_equations(equations)
-    values = _body(hull) | _words(terms)
-    values["equations"] = seen_from(path, equations)
+    values = _body(hull) | _words(terms) | {"equations": seen_from(path, equations)}
     values["stations"] = _stations(hull) if terms.has_crossflow else {}
     values["estimates"] = {} if hull is None else hull.estimates(terms)
     return templates.fill("bayesub.study.new", "new_vehicle.toml", name=name, is_example=hull is None, **values)
@@ -125,12 +124,10 @@ def with_knowledge(document: tomlkit.TOMLDocument, origin: str, known: "Knowledg
     document["reference"] = f"{reference.rstrip('. ')}; {origin}" if reference else origin
     for name, mean, sd in zip(known.names, known.mean.tolist(), known.sd.tolist(), strict=True):
         ratio = ratios.get(name, math.nan)
-        remark = (
-            f"by the prior alone: {ratio:.2g} of its sd" if ratio >= UNTOUCHED else f"{ratio:.2g} of the prior's sd"
-        )
+        remark = "by the prior alone: {:.2g} of its sd" if ratio >= UNTOUCHED else "{:.2g} of the prior's sd"
         table[name] = tomlkit.inline_table()
         table[name].update({"value": mean, "sd": sd})
-        table[name].comment("no part in the trial; by its correlations" if math.isnan(ratio) else remark)
+        table[name].comment("no part in the trial; by its correlations" if math.isnan(ratio) else remark.format(ratio))
     document.pop("correlations", None)
     text = document.as_string().rstrip() + "\n"
     if len(known.names) > 1:
@@ -144,11 +141,6 @@ def geometry(name: str) -> str:
     """The text of a hull geometry file with every key."""
     check_name(name)
     return templates.fill("bayesub.study.new", "new_geometry.toml", name=name)
-
-
-def limits(path: Path) -> str:
-    """The text of a limits file `path` for `bayesub design`, with every key."""
-    return templates.fill("bayesub.study.new", "new_limits.toml", file=path)
 
 
 def map_of(kind: str, path: Path, data: Path | None = None) -> str:

@@ -9,6 +9,7 @@ from bayesub.io.errors import InputError
 from bayesub.io.units import TURN
 from bayesub.kernels import workspace
 from bayesub.logs import log_files
+from bayesub.logs.columns import SMOOTH
 from bayesub.model.actuator import with_water
 from bayesub.model.actuators import values_of_log, with_commands
 from bayesub.model.equations import AXES
@@ -25,6 +26,11 @@ _ACROSS = {"Y": "horizontal", "N": "horizontal", "Z": "vertical", "M": "vertical
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 _ROUND_OFF = 1e-9  # of the range of a column
 _VARIES = 3.0  # times as large as the finest is the step of a column that is written with so many digits, not decimals
+_WHOLE = 0.01  # steps off a whole number of them, within which half of the readings are multiples of a step
+_LEAST = (
+    (1e-5, "no instrument is finer"),
+    (1e-3, "it was smoothed"),
+)  # shares of the range, of smooth columns the latter
 _MANY = 5000  # readings up to which all are taken
 _OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
 
@@ -111,28 +117,32 @@ def _text(name: str, path: Path, boat: Vehicle, vehicle: str, **parts) -> str:
 def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> tuple[float, str, float | None]:
     """The sd of the noise of a column, where it is from, and the step of its rounding if that matters, in its unit.
 
-    Of a smooth signal with independent noise the median second difference, over the root of six, is its sd. Where most
-    readings repeat the one before, the others differ by a rounding step: one for all, or, in a file with so many
-    digits, one that grows with the value. The sd of an error of rounding is the step over the root of twelve.
+    Of a smooth signal with independent noise the median second difference, over the root of six, is its sd, but no less
+    than a share of the range (:data:`_LEAST`). Where most readings repeat the one before, the others differ by a
+    rounding step: one for all, or, in a file with so many digits, one that grows with the value; the sd of an error of
+    rounding is the step over the root of twelve. Steps that are not multiples of one are motion.
     """
     header = log_files.HEADERS[key]
     present = np.isfinite(log[key])
     readings, times = log[key][present] / log_files.si_factor(header), log["time"][present]
     if QUANTITIES[key].heading:
         readings = np.unwrap(readings, period=TURN / log_files.si_factor(header))
-    steps = np.abs(np.diff(readings))
-    changes = steps > _ROUND_OFF * np.ptp(readings)
+    steps, bends, extent = np.abs(np.diff(readings)), np.diff(readings, 2), float(np.ptp(readings))
+    changes = steps > _ROUND_OFF * extent
     if not changes.any():
         text = f"{data}: column '{header}' never changes; give its sd yourself or leave it out of the log"
         raise InputError(text, "data", header)
     apart = np.diff(np.sort(readings))
-    finest = float(apart[apart > _ROUND_OFF * np.ptp(readings)].min())
-    scatter = float(np.median(np.abs(np.diff(readings, 2))) / (_NORMAL_MEDIAN * np.sqrt(6.0)))
+    finest = float((apart := apart[apart > _ROUND_OFF * extent]).min())
+    scatter = float(np.median(np.abs(bends)) / (_NORMAL_MEDIAN * np.sqrt(6.0)))
     if np.mean(changes) < 0.5:
         held = np.diff(times[1:][changes], prepend=times[0])
         step = float(np.sqrt(np.average(steps[changes] ** 2, weights=held)))
         if step > _VARIES * finest:
             return step / np.sqrt(12.0), f"so many digits, in steps of up to {steps.max():.2g}", None
-    if scatter < finest:
+    if scatter < finest and np.median(np.abs(apart / finest - np.round(apart / finest))) < _WHOLE:
         return finest / np.sqrt(12.0), "hidden by the rounding", finest
+    share, why = _LEAST[bool(np.mean(bends[1:] * bends[:-1] > 0.0) > SMOOTH)]
+    if scatter < share * extent:
+        return share * extent, f"{100.0 * share:g}% of the range; {why}", None
     return scatter, "guessed from its scatter", None

@@ -2,6 +2,7 @@
 
 import contextlib
 import gzip
+import sqlite3
 import sys
 import warnings
 
@@ -105,9 +106,8 @@ def test_messages_of_the_vehicle_s_own_are_read(tmp_path):
             writer.write(connection, k * 10**9, store.serialize_cdr(message, "fins_msgs/msg/Fins"))
     log = readers.read("ros", [tmp_path / "bag"])
     np.testing.assert_allclose(log.signals["/tail.angle[3]"].values, [3.0, 4.0, 5.0])
-    import sqlite3
-
-    with sqlite3.connect(next((tmp_path / "bag").glob("*.db3"))) as base:  # as bags were until 2023
+    bag = next((tmp_path / "bag").glob("*.db3"))
+    with contextlib.closing(sqlite3.connect(bag)) as base, base:  # as bags were until 2023
         base.execute("DELETE FROM message_definitions")
     with refused("format"):
         readers.read("ros", [tmp_path / "bag"])

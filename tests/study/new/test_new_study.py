@@ -97,6 +97,20 @@ def test_the_rounding_of_a_column_is_recognised(tmp_path):
         sensors_of(tmp_path, x_m=np.full(50, 7.0))
 
 
+def test_noise_is_not_guessed_of_columns_that_hide_it(tmp_path):
+    """One that was smoothed, and one that is the sum of another: as of the tanker KVLCC2 in HSVA's basin.
+
+    Their second differences are of micrometres, and the places along a straight path all lie apart, in steps of motion.
+    """
+    times, rng = 0.05 * np.arange(2000), np.random.default_rng(2)
+    speeds = 1.2 + 0.2 * np.cos(times / 200.0) + rng.normal(0.0, 2e-4, 2000)
+    sensors = sensors_of(tmp_path, x_m=np.cumsum(0.05 * speeds), y_m=20.0 * np.sin(times / 9.0), u_mps=speeds)
+    assert not any(sensor.resolution for sensor in sensors.values())
+    assert sensors["x_m"].sd == pytest.approx(1e-5 * np.ptp(np.cumsum(0.05 * speeds)), rel=0.1)
+    assert sensors["y_m"].sd == pytest.approx(1e-3 * 40.0, rel=0.1)
+    assert sensors["u_mps"].sd == pytest.approx(2e-4, rel=0.2)
+
+
 def test_a_log_that_is_denser_than_its_boat_moves_is_thinned(tmp_path):
     """Of 100 Hz one reading in a tenth of a ship length is proposed, and used; of 1 Hz, or of a short log, all."""
     boat = bs.load_vehicle("auv690")
