@@ -186,10 +186,9 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
         bars.stage(f"write {output.name}")
         result.save(output, bars)
     say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
-    filled = {name: cells[np.isfinite(cells)] for name, cells in result.columns.items()}
     say_rows(
-        (name, f"{len(cells)} cells", f"{cells.min():.6g} .. {cells.max():.6g}", result.sources[name])
-        for name, cells in filled.items()
+        (name, f"{np.isfinite(cells).sum()} cells", f"{np.nanmin(cells):.6g} .. {np.nanmax(cells):.6g}", signal)
+        for (name, cells), signal in zip(result.columns.items(), result.sources.values(), strict=True)
     )
     for remark in (*log.remarks, *result.remarks):
         say(f"  note: {remark}")
