@@ -151,7 +151,9 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     slocum (.dbd, .ebd), matlab (.mat), netcdf (HDF5 too), csv (any table in text), parquet or kvlcc2 (HSVA and MARIN).
     Several FILEs are pieces of one log.
     """
-    from bayesub.logs import readers
+    import numpy as np
+
+    from bayesub.logs import conversion, readers
     from bayesub.logs.log_map import LogMap, read_map
 
     if as_list:
@@ -172,10 +174,6 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
         text = f"convert {kind} needs --map MAP: bayesub new map {kind} -o map.toml writes one to be changed"
         raise InputError(text, "missing", "--map")
     arguments.refuse_overwriting(output, *files, map_file)
-    import numpy as np
-
-    from bayesub.logs import conversion
-
     map_file = map_file or toml_files.built_in("maps")[kind]
     log_map = read_map(map_file, kind)
     with Bars(LONG_S) as bars:
