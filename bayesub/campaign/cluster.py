@@ -29,7 +29,7 @@ CLASSES |= {"htcondor": "HTCondor", "local": "local.Local"}
 # Text of a preload script: Ctrl-C at a terminal goes to the workers too.
 _DEAF = "from bayesub.campaign.executors import ignore_interrupt; ignore_interrupt()"
 # What Dask does beside the pieces of workers of this machine, which took a seventh of their time: less often, or not.
-_SELDOM = {"distributed.admin.tick.interval": "3s", "distributed.admin.system-monitor.interval": "5s"}
+_SELDOM: dict[str, Any] = {"distributed.admin.tick.interval": "3s", "distributed.admin.system-monitor.interval": "5s"}
 _SELDOM |= {"distributed.worker.profile.enabled": False}
 Code = Callable[[], dict[str, str]]
 
