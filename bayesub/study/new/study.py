@@ -27,10 +27,7 @@ _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 _ROUND_OFF = 1e-9  # of the range of a column
 _VARIES = 3.0  # times as large as the finest is the step of a column that is written with so many digits, not decimals
 _WHOLE = 0.01  # steps off a whole number of them, within which half of the readings are multiples of a step
-_LEAST = (
-    (1e-5, "no instrument is finer"),
-    (1e-3, "it was smoothed"),
-)  # shares of the range, of smooth columns the latter
+_FINEST, _SMOOTHED = (1e-5, "no instrument is finer"), (1e-3, "it was smoothed")  # least noise, of the range
 _MANY = 5000  # readings up to which all are taken
 _OVER_GROUND = {"x", "y", "u_ground", "v_ground", *velocity.OVER_GROUND}
 
@@ -118,9 +115,9 @@ def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> tuple[float, str
     """The sd of the noise of a column, where it is from, and the step of its rounding if that matters, in its unit.
 
     Of a smooth signal with independent noise the median second difference, over the root of six, is its sd, but no less
-    than a share of the range (:data:`_LEAST`). Where most readings repeat the one before, the others differ by a
-    rounding step: one for all, or, in a file with so many digits, one that grows with the value; the sd of an error of
-    rounding is the step over the root of twelve. Steps that are not multiples of one are motion.
+    than a share of the range. Where most readings repeat the one before, the others differ by a rounding step: one
+    for all, or, in a file with so many digits, one that grows with the value; the sd of an error of rounding is the
+    step over the root of twelve. Steps that are not multiples of one are motion.
     """
     header = log_files.HEADERS[key]
     present = np.isfinite(log[key])
@@ -142,7 +139,8 @@ def _noise(key: str, log: dict[str, np.ndarray], data: Path) -> tuple[float, str
             return step / np.sqrt(12.0), f"so many digits, in steps of up to {steps.max():.2g}", None
     if scatter < finest and np.median(np.abs(apart / finest - np.round(apart / finest))) < _WHOLE:
         return finest / np.sqrt(12.0), "hidden by the rounding", finest
-    share, why = _LEAST[bool(np.mean(bends[1:] * bends[:-1] > 0.0) > SMOOTH)]
+    is_smooth = np.count_nonzero(bends[1:] * bends[:-1] > 0.0) > SMOOTH * len(bends)
+    share, why = _SMOOTHED if is_smooth else _FINEST
     if scatter < share * extent:
         return share * extent, f"{100.0 * share:g}% of the range; {why}", None
     return scatter, "guessed from its scatter", None

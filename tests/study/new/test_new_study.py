@@ -109,6 +109,7 @@ def test_noise_is_not_guessed_of_columns_that_hide_it(tmp_path):
     assert sensors["x_m"].sd == pytest.approx(1e-5 * np.ptp(np.cumsum(0.05 * speeds)), rel=0.1)
     assert sensors["y_m"].sd == pytest.approx(1e-3 * 40.0, rel=0.1)
     assert sensors["u_mps"].sd == pytest.approx(2e-4, rel=0.2)
+    assert sensors_of(tmp_path, x_m=np.array([0.0, 1.0, 2.7]))["x_m"].sd > 0.0  # too few to tell
 
 
 def test_a_log_that_is_denser_than_its_boat_moves_is_thinned(tmp_path):
