@@ -176,12 +176,9 @@ class Bars:
 
     def _watch(self):
         while not self.ended.wait(0.1 * _SAY_S):
-            self._say_so_far()
-
-    def _say_so_far(self):
-        if self.bars.disable and self.name and time.perf_counter() - self.said > _SAY_S:
-            self.said = time.perf_counter()
-            self._say(*self.so_far, state=" so far")
+            if self.name and time.perf_counter() - self.said > _SAY_S:
+                self.said = time.perf_counter()
+                self._say(*self.so_far, state=" so far")
 
     def _end(self):
         if self.name and time.perf_counter() - self.began >= self.least:
@@ -211,7 +208,6 @@ class Bars:
         self.so_far = (count, note)
         for task in self.bars.task_ids:
             self.bars.update(task, completed=done, total=total, count=count, note=note)
-        self._say_so_far()
 
     def remark(self, sentence: str) -> None:
         """Print the sentence above the bars, wrapped but for lines that are indented."""

@@ -1,4 +1,4 @@
-"""New input files: equations, a vehicle with or without estimates from a hull geometry, that geometry, maps, limits.
+"""New input files: equations, a vehicle with or without estimates from a hull geometry, that geometry, maps.
 
 Names are checked, a copy of a file has another name, and nothing is overwritten.
 """
