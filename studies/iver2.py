@@ -66,7 +66,7 @@ and in three later missions. A count of the fins' zero, {count_deg; .2f} degrees
 def compute(run):
     """Errors of the predictions, with and without what is inferred besides."""
     folder = os.environ.get("BAYESUB_IVER2")
-    files = {name: next(Path(folder or ".").rglob(f"20210130_{name}_*.csv"), None) for name in MISSIONS}
+    files = {name: next(Path(folder).rglob(f"20210130_{name}_*.csv"), None) for name in MISSIONS if folder}
     if not folder or None in files.values():
         return {"skipped": "BAYESUB_IVER2 does not name a folder with the files 20210130_*_IVER2-218.csv"}
     if run.quick:

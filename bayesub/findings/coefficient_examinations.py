@@ -1,6 +1,7 @@
 """The examinations of a vehicle on paper: its mass matrix, and the sizes and signs of its coefficients."""
 
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import combinations
 from typing import Any
 
@@ -16,6 +17,8 @@ ASYMMETRY = 0.5  # of the larger of two added masses that are one in ideal fluid
 DECADE = 10.0  # either side of the built-in vehicles; most degrees for radians and wrong powers of length are outside
 RADII = (0.15, 0.35)  # radius of gyration in pitch and yaw; a homogeneous cylinder has 0.29, an ellipsoid 0.22
 AHEAD = {"u", "V", "U", "uc"}  # symbols that are positive in any flight ahead
+
+built_in_vehicle = cache(load_vehicle)  # by name
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,7 @@ def inertia(boat: Vehicle) -> Examination:
 
 def built_in_values(equations: EquationSet) -> dict[str, np.ndarray]:
     """Name of each built-in vehicle of a set -> (n_terms,) coefficients."""
-    vehicles = {name: load_vehicle(name) for name in toml_files.built_in("vehicles")}
+    vehicles = {name: built_in_vehicle(name) for name in toml_files.built_in("vehicles")}
     return {name: boat.xi for name, boat in vehicles.items() if boat.equations == equations}
 
 

@@ -71,18 +71,25 @@ def test_the_report_of_a_run_ends_in_the_same_but_for_the_manoeuvre(bayesub, fin
     assert (folder / "next.png").exists()
 
 
-def test_a_boat_that_may_move_no_control_is_told_what_needs_none(bayesub, finished, monkeypatch):
-    """No manoeuvre is looked for, and the other ways are given."""
+@pytest.fixture
+def fixed_controls(monkeypatch):
+    """No control may move, so that no manoeuvre is looked for, which takes longest."""
 
     def none(*_):
         raise InputError("suboff: has no control that may move; give limits of one", "missing", "limits")
 
     monkeypatch.setattr(design, "families", none)
+
+
+@pytest.mark.usefixtures("fixed_controls")
+def test_a_boat_that_may_move_no_control_is_told_what_needs_none(bayesub, finished):
+    """No manoeuvre is looked for, and the other ways are given."""
     status, out, err = bayesub("next", str(finished()), "--json")
     assert status == 0, err
     assert all(set(one["after"]) and "another" not in str(one) for one in json.loads(out).values())
 
 
+@pytest.mark.usefixtures("fixed_controls")
 def test_an_answer_in_doubt_is_said_to_be_so(bayesub, finished, tmp_path):
     """The table all the same, and the status of the verdict, in JSON too."""
     run = tmp_path / "run"
@@ -119,6 +126,7 @@ def test_a_manoeuvre_beyond_the_limits_is_not_proposed(bayesub, finished, monkey
     assert "none of those that were tried keeps the limits" in out + err
 
 
+@pytest.mark.usefixtures("fixed_controls")
 def test_a_quantity_is_refused_where_more_of_the_boat_is_inferred_than_coefficients(bayesub, finished, tmp_path):
     """Its sd would be that of another boat; coefficients are not refused."""
     folder = str(finished("scaled", nuisance={"scale_rudder": {"mean": 1.0, "sd": 0.2}}))

@@ -325,7 +325,7 @@ def test_every_built_in_vehicle_is_drawn_beside_another(suboff, tmp_path, monkey
     more = {"vehicles": {"fourth": files["npsauv"]}}
     monkeypatch.setattr(toml_files, "built_in", lambda kind: built_in(kind) | more.get(kind, {}))
     monkeypatch.setattr(
-        coefficient_examinations, "load_vehicle", lambda name: names.append(name) or bs.load_vehicle("npsauv")
+        coefficient_examinations, "built_in_vehicle", lambda name: names.append(name) or bs.load_vehicle("npsauv")
     )
     card = check(suboff)
     names.clear()

@@ -83,6 +83,7 @@ def test_at_a_draw_from_the_posterior_residuals_are_as_at_the_truth(rng):
         assert stats.kstest(tails[name], "uniform").pvalue > 0.001, name
 
 
+@pytest.mark.slow
 def test_false_alarms_of_a_record_are_at_most_nominal(rng):
     """Three channels, 10 % so that 1000 records tell: Bonferroni keeps below it, and near it."""
     names = ("x", "y", "yaw")

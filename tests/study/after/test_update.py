@@ -34,6 +34,7 @@ def of_logs(trials):
     return small_study.SUBOFF | given | {"manoeuvre": None, "baselines": {"sqp_starts": 1}} | trials
 
 
+@pytest.mark.slow
 def test_the_study_is_that_of_both_trials(folder):
     """The same densities, to the last bit, as those of a study that has both logs from the beginning."""
     both = updated(folder / "one", folder / "zig-zag 1.csv")

@@ -156,6 +156,7 @@ def test_the_column_that_would_make_the_boat_of_the_prior_agree_is_named(tmp_pat
     assert suspected(problem.with_readings(10.0 * np.abs(readings).max() * noise)) == ""
 
 
+@pytest.mark.slow
 def test_a_heading_that_is_trusted_to_be_in_radians_and_is_not_is_named(tmp_path):
     """Known but for whole turns, and 57 times as large."""
     file = logged(tmp_path, trust_log=True)
