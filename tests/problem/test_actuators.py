@@ -130,6 +130,7 @@ def test_plain_rudder(suboff, spiral):
         np.testing.assert_allclose(slopes[..., k] / scale, difference / scale, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_bent_fin_is_found(suboff_file, tmp_path):
     """Truths drawn from the prior come out within the posterior's standard deviations, of a bent and weak fin too.
 

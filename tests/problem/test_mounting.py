@@ -231,6 +231,7 @@ def test_a_fix_reads_a_clock_as_a_place(auv, circle):
     np.testing.assert_allclose(late, -(u * ahead + v * starboard), rtol=0, atol=2e-3)  # m/s; fixes lie on steps
 
 
+@pytest.mark.slow
 def test_searches_find_them(trials):
     """SQP and trust-region least squares with the priors as readings end at clocks and places as a posterior mode does.
 

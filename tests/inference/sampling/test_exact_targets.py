@@ -10,8 +10,12 @@ from bayesub.problem.priors import Normal, Uniform
 
 @pytest.mark.parametrize(
     "singular_values",
-    [10.0 ** np.linspace(5, 0, 8), np.concatenate([10.0 ** np.linspace(4, -2, 90), np.zeros(10)])],
-    ids=["condition number 1e10", "100 dimensions"],
+    [
+        pytest.param(10.0 ** np.linspace(5, 0, 8), id="condition number 1e10"),
+        pytest.param(
+            np.concatenate([10.0 ** np.linspace(4, -2, 90), np.zeros(10)]), id="100 dimensions", marks=pytest.mark.slow
+        ),
+    ],
 )
 def test_normal_posteriors(singular_values):
     """All first and second moments of the closed form; and negative control, not those of a wrong noise.

@@ -95,7 +95,12 @@ def test_leaves_a_correlated_normal_invariant(draws, name):
 
 @pytest.mark.parametrize(
     ("name", "n_steps"),
-    [("pcn", 1600), ("surrogate, sweeps", 250), ("surrogate, flights", 250), ("surrogate, both walks", 500)],
+    [
+        ("pcn", 1600),
+        ("surrogate, sweeps", 250),
+        ("surrogate, flights", 250),
+        pytest.param("surrogate, both walks", 500, marks=pytest.mark.slow),
+    ],
 )
 def test_goes_to_the_normal_from_elsewhere(draws, name, n_steps):
     """Ensembles that start too wide end where they should; Crank-Nicolson slowly, for the normal is not its own."""

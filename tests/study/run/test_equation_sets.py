@@ -41,6 +41,7 @@ def study(path, vehicle):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_figures")
 @pytest.mark.parametrize("vehicle", CASES)
 def test_a_study_converges_to_the_truth(bayesub, tmp_path, vehicle):
