@@ -18,7 +18,8 @@ MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and thos
 OF_WEEK = (*MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week")
 BLOCK = 100_000  # texts that are parsed at a time
 LATEST = 1e11  # s since 1970, the year 5138
-_THOUSANDS = r",(?=\d{3}(?:,\d{3})*\.)|\.(?=\d{3}(?:\.\d{3})*,)"  # of 1,234.5 and 1.234,5
+THOUSANDS = r",(?=\d{3}(?:,\d{3})*\.)|\.(?=\d{3}(?:\.\d{3})*,)"  # of 1,234.5 and 1.234,5
+THOUSANDS += r"|(?<=\d)[\s'’](?=\d{3}(?:[\s'’]\d{3})*(?:[.,]\d*)?$)"  # of 1 234,5 and 1'234.5
 OVERTAKEN = 0.95  # of the period of a clock; a message that comes too late after it began again is ahead by more
 
 # What numbers count, by unit or format -> seconds in one, and their zero in seconds since 1970.
@@ -100,7 +101,7 @@ def as_numbers(column: Any) -> np.ndarray:
 
     if column.dtype.kind not in "biuf":
         texts = (part.astype(str).str.strip().replace({"True": "1", "False": "0"}) for part in _blocks(column))
-        plain = (part.str.replace(_THOUSANDS, "", regex=True).str.replace(",", ".", regex=False) for part in texts)
+        plain = (part.str.replace(THOUSANDS, "", regex=True).str.replace(",", ".", regex=False) for part in texts)
         column = pd.concat([pd.to_numeric(part, errors="coerce") for part in plain])
     numbers = column.to_numpy(dtype=float, na_value=np.nan)
     return np.where(np.isfinite(numbers), numbers, np.nan)

@@ -20,7 +20,7 @@ SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
 SAMPLE = 20  # lines at the end of the first block that tell how cells are separated
 TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
-TIMES += ["zeit", "uhrzeit", "heure", "hora", "tijd"]
+TIMES += ["zeit", "uhrzeit", "temps", "heure", "tiempo", "hora", "tempo", "tijd", "tid"]
 DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]
 PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute", "min"], ["second", "sec", "ss"]]
 NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of one stamp end, in ROS
@@ -228,7 +228,8 @@ def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
 
 
 def _is_number(cell: str, separator: str) -> bool:
-    return _NUMBER.fullmatch(cell) is not None and not (separator == "," and "," in cell)
+    number = _NUMBER.fullmatch(re.sub(stamps.THOUSANDS, "", cell))
+    return number is not None and not (separator == "," and "," in cell)
 
 
 def _marks(rows: list[list[str]], separator: str) -> tuple[str, str]:

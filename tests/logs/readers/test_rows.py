@@ -40,6 +40,18 @@ def test_a_cell_of_text_costs_one_reading_and_not_the_column(text, tmp_path):
     assert any(f"'{text}' in 2 of {N} cells" in remark for remark in log.remarks) == (text not in {"NULL", "inf", ""})
 
 
+@pytest.mark.parametrize("mark", [" ", "\u202f", "\xa0", "'", "’"])
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_thousands_may_be_apart(mark, decimal, tmp_path):
+    """As spreadsheets show them in France and in Switzerland; a column need not reach the thousands in all rows."""
+    x = 990.25 + 100.0 * np.arange(N)
+    cells = [f"{value:,.2f}".replace(",", mark).replace(".", decimal) for value in x]
+    rows = [f"{t};{cell}".replace(".", decimal) for t, cell in zip(TIMES, cells, strict=True)]
+    (tmp_path / "log.csv").write_text("\n".join(["temps (s);x (m)", *rows]), encoding="utf-8")
+    np.testing.assert_array_equal(read(tmp_path / "log.csv").signals["x"].values, x)
+    assert not read(tmp_path / "log.csv").remarks
+
+
 def test_a_column_of_text_is_left_out_and_a_map_of_it_says_why(tmp_path):
     path = table(tmp_path, time=TIMES, yaw=YAW, mode=["AUTO"] * (N - 2) + ["1", "2"])
     assert list(read(path).signals) == ["yaw"]
