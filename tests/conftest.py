@@ -25,7 +25,7 @@ RENDER = style.save
 
 
 def pytest_addoption(parser):
-    """Options: to write the sentences of refusals again, and to run a twentieth of the tests."""
+    """Options: to write the sentences of refusals again, and to run a tenth of the tests."""
     parser.addoption("--sentences", action="store_true", help="write tests/sentences.json again; with -n 0")
     parser.addoption("--part", type=int, choices=range(10), help="only a tenth of the tests, by name, as CI does")
 
