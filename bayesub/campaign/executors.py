@@ -176,8 +176,7 @@ class Processes(Pool):
 def pickled_result(folders: tuple[str, ...] | None, work: bytes, argument: bytes) -> bytes:
     """What a function returns for an argument, all three pickled; the function is made afresh for each piece.
 
-    Modules are imported from the folders of studies, too; there are none (None) where a coordinator may be on another
-    machine.
+    Modules are imported from folders of studies, too; None where a coordinator may be on another machine.
     """
     import cloudpickle
 

@@ -87,8 +87,7 @@ class Prescription:
 def prescribe(judge: Judge, manoeuvre: Manoeuvre, wanted: Sequence[str] = ()) -> Prescription:
     """What a repetition of a trial, an instrument and a tank value would do for the names that are `wanted`.
 
-    By default these are the five coefficients that the trial again would see most of. InputError for a name that is not
-    known.
+    By default they are the five coefficients that the trial again would see most of. InputError for an unknown name.
     """
     (again,), empty = judge.information(manoeuvre), judge.empty()
     asked = [asked_by_name(name, judge) for name in dict.fromkeys(wanted)]

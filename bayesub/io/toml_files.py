@@ -76,8 +76,7 @@ class Section(pydantic.BaseModel):
 class KindSection(Section):
     """A table whose key `kind` names what it describes, and whose other keys are the arguments of that in Python.
 
-    It is read as the section of its kind. Kinds may be registered at any time, also after the model of a file that has
-    such tables was made.
+    It is read as the section of its kind. Kinds may be registered at any time, also after the model of such a file.
     """
 
     make: ClassVar[Callable[..., Any]]  # of the kind of a section

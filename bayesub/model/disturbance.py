@@ -303,8 +303,7 @@ def hull_forces(trajectory: Trajectory, member: int = 0) -> np.ndarray:
 def hull_force_rms(simulators: Iterable[Simulator]) -> np.ndarray:
     """Root mean square over time of the forces of the hull of a vehicle on its manoeuvres, undisturbed.
 
-    Forces (6,) are X Y Z K M N, N and N m; several manoeuvres of the vehicle count by their durations. InputError if it
-    fails on one.
+    Forces (6,) are X Y Z K M N, N and N m; several manoeuvres count by their durations. InputError if one fails.
     """
     squares, total = np.zeros(len(AXES)), 0.0
     for simulator in simulators:

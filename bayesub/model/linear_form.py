@@ -42,8 +42,7 @@ def linear_systems(
     ----------
     trajectory : simulated, or anything with the same attributes that was measured
     member : which of the batch
-    free : names of coefficients to be columns, by default all; the others move to the load with their values in the
-        trajectory
+    free : names of coefficients to be columns, by default all; the others move to the load with their values there
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]

@@ -63,8 +63,7 @@ class Alternatives:
 class LeftOut:
     """All that a problem of one or several trials leaves out.
 
-    A problem that has unknown forces already gets no others. Forces need the kernels with external forces, which are
-    compiled on first use.
+    A problem that has unknown forces gets no others. Forces need their own kernels, which are compiled on first use.
     """
 
     def __init__(self, problem: TrialProblem | JointProblem):

@@ -43,8 +43,7 @@ class Viewed:
     def searchable(self) -> Self:
         """The same problem for searches that know no other noise than normal, and no histories of forces.
 
-        As :meth:`naive`, but the nuisance parameters that move the readings remain: all but those of the noise and of a
-        disturbance.
+        As :meth:`naive`, but nuisance parameters that move the readings remain: all but those of noise and disturbance.
         """
 
         def change(trial):

@@ -178,8 +178,7 @@ class TrialProblem(FlownTrial):
     def read_earlier(self, seconds: float) -> "TrialProblem":
         """The same problem with readings that were taken so much earlier than the record says.
 
-        Those that would be from before the start or after the end of the trial are left out; InputError if that leaves
-        nothing of a channel.
+        Those from before the start or after the end of the trial are left out; InputError if that is all of a channel.
         """
         record, duration = self.record.earlier(seconds), self.manoeuvre.duration
         inside = [(channel.times >= 0.0) & (channel.times <= duration) for channel in record.channels]

@@ -58,8 +58,7 @@ def write_report(
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
 
     The draws at which motions and residuals are looked at are chosen by a stream of the study's seed (of seed 0 if
-    there is no study), so that a report which is written again says the same. InputError if the folder cannot be
-    written to.
+    there is no study), so that a report which is written again says the same. InputError if it cannot be written.
 
     Parameters
     ----------

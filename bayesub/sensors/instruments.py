@@ -27,8 +27,7 @@ class Instrument:
     """What all instruments share; iterating over one gives its sensors.
 
     For a channel of unit m, deg, mps, .. an instrument has a standard deviation `sd_m`, `sd_deg`, `sd_mps`, .. and
-    possibly a rounding step `resolution_m`, .. in that unit. It reads its `channels` every `interval_s` seconds, first
-    after one interval.
+    possibly a rounding step `resolution_m`, .. in that unit. It reads its `channels` every `interval_s`, not at 0.
     """
 
     CHANNELS: ClassVar[tuple[str, ...]]  # all that it can measure

@@ -36,8 +36,7 @@ def gauss_newton(
     `start` (n_params,) is by default the middle of the prior. The search stops when an undamped step is shorter than
     `tolerance` posterior standard deviations, or when no step lowers the cost by as much as such a step would: at a
     jump of the forces, undamped steps stay long. The Estimate has the covariance of the Laplace approximation, of all
-    parameters that are no white coordinates; its cost is the minimised sum of squares. ValueError if the simulation
-    fails at the start.
+    parameters that are no white coordinates; its cost is the minimised sum of squares. ValueError if the start fails.
     """
     began, before = time.perf_counter(), (problem.costs.simulations, problem.costs.jacobians)
     prior = problem.prior

@@ -128,8 +128,7 @@ def search_from(
     """Search from every start (n_starts, n_params) in `unknowns`, side by side, by a method of that name.
 
     A search is ``search(start, ask) -> (x, status)``, and `answer` a function of the list of questions asked at the
-    same time -> list of (answer, effort); a simulation or a Jacobian is an effort of one. Progress is in finished
-    starts.
+    same time -> list of (answer, effort); a simulation or a Jacobian is an effort of one. Progress is in starts.
     """
     problem, began = unknowns.problem, time.perf_counter()
     before = problem.costs.simulations, problem.costs.jacobians

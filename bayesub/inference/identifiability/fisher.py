@@ -19,8 +19,7 @@ class Spectrum(Displayed):
 
     A singular value s says that along its direction the data alone have a standard deviation of 1/s prior standard
     deviations, so with s well above one the data rule and with s well below one the prior does. Directions that are
-    null by the equations stand last, after the sloppiest one that is not; their s is the error of the Jacobian and
-    counts as zero.
+    null by the equations stand last, after the sloppiest one that is not; their s is round-off and counts as zero.
     """
 
     names: tuple[str, ...]  # (n_params,)

@@ -1,8 +1,7 @@
 """The null space of a problem: the directions in which the motion stays the same, whatever the sensors.
 
 There is one way to it: the linear form of the equations of motion along the motion at given parameters
-(:func:`bayesub.inference.identifiability.rank`). Spectra, profiles, reports and studies take the null directions from
-here.
+(:func:`bayesub.inference.identifiability.rank`). All that need null directions take them from here.
 """
 
 from collections.abc import Iterable

@@ -189,8 +189,7 @@ def compare(
 ) -> CrossCheck:
     """Means, sds and correlations of a posterior by the ensemble sampler beside those by another, the `engine`.
 
-    `divergences` and `gradients` are of the other sampler, and so are the simulations, Jacobians and seconds `spent`,
-    if they are known.
+    `divergences`, `gradients` and what it `spent`, if known (simulations, Jacobians, s), are of the other sampler.
     """
     chain = posterior.thinned().chain
     draws = chain.reshape(-1, chain.shape[-1])

@@ -33,6 +33,7 @@ WINDOWS = {0xDC00 + byte: bytes([byte]).decode("cp1252", errors="replace") for b
 WINDOWS |= {0x2212: "-"}  # the minus of spreadsheets
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
+_MEASURE = re.compile(rf"{_NUMBER.pattern} ?(?![NSEW]$)(?P<unit>[^\d\s].*)")  # letters alone are sides of the world
 # What groups digits -> numbers in which it does: 1,234 and 1,234,567.8, or 1.234 and 1.234.567,8.
 _GROUPED = {m: re.compile(rf"[-+]?[1-9]\d{{0,2}}(\{m}\d{{3}})+(\{d}\d+)?") for m, d in (",.", ".,")}
 
@@ -135,7 +136,10 @@ def _text(path: Path, progress: Progress) -> Table:
     separator, n_columns = _layout(path, [line for _, line in table[-SAMPLE:]])
     heads, unit_cells, first = _header(path, table, separator, n_columns)
     begin, is_quoted = table[first][0], any('"' in line for _, line in table[first:][:SAMPLE])
-    decimal, group = _marks([_cells(line, separator) for _, line in table[first:][:200]], separator)
+    top = [_cells(line, separator) for _, line in table[first:][:200]]
+    measured = {k: unit for row in top[::-1] for k, cell in enumerate(row[:n_columns]) if (unit := _unit(cell))}
+    unit_cells = [measured.get(k, unit) for k, unit in enumerate(unit_cells)]
+    decimal, group = _marks(top, separator)
     options: dict[str, Any] = {"header": None, "names": range(n_columns), "keep_default_na": False, "na_values": [""]}
     options |= {"index_col": False, "skipinitialspace": True, "low_memory": False}
     options |= {"sep": r"\s+" if separator == " " else separator, "decimal": "." if separator == "," else decimal}
@@ -156,6 +160,12 @@ def _text(path: Path, progress: Progress) -> Table:
             try:
                 if whole:
                     frame = pd.read_csv(io.StringIO("\n".join(whole)), **options)
+                    for k in [k for k in measured if frame[k].dtype.kind not in "biuf"]:
+                        frame[k] = frame[k].str.replace(rf"(?<=[\d.,]) ?{re.escape(measured[k])}$", "", regex=True)
+                    for k in [k for k, head in enumerate(heads) if re.match("(?i)lat|lon|lng", head)]:
+                        if frame[k].dtype.kind not in "biuf":  # 33.9 S, 151.2 E
+                            ahead = frame[k].str.replace(r"(?<=\d) ?[NE]$", "", regex=True)
+                            frame[k] = ahead.str.replace(r"^(.*\d) ?[SW]$", r"-\1", regex=True)
                     for k in [k for k in frame if group and frame[k].dtype.kind not in "biuf"]:
                         texts = frame[k].astype(str)
                         is_grouped = texts.str.fullmatch(_GROUPED[group])
@@ -229,7 +239,13 @@ def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
 
 def _is_number(cell: str, separator: str) -> bool:
     number = _NUMBER.fullmatch(re.sub(stamps.THOUSANDS, "", cell))
-    return number is not None and not (separator == "," and "," in cell)
+    return (number is not None or _unit(cell) != "") and not (separator == "," and "," in cell)
+
+
+def _unit(cell: str) -> str:
+    """The unit behind the number of a cell; empty if there is none that is known."""
+    found = _MEASURE.fullmatch(cell)
+    return found["unit"] if found and (found["unit"] == "%" or units.known(found["unit"])) else ""
 
 
 def _marks(rows: list[list[str]], separator: str) -> tuple[str, str]:

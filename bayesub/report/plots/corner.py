@@ -1,7 +1,6 @@
 """Joint marginals: the strongest pairs as a strip, and corners of coefficients that trade off.
 
-All panels of a corner share one pair of axes, in units of panels: a figure of 36 axes takes four times as long to make
-and to render.
+All panels of a corner share one pair of axes, in units of panels: a figure of 36 axes takes four times as long.
 """
 
 from __future__ import annotations

@@ -123,8 +123,7 @@ class DisturbanceSection(Section):
     def units(self, simulators: Sequence[Simulator]) -> np.ndarray:
         """(n_axes,) what a unit of the number of each axis is, N, N m or m/s.
 
-        The simulators are those of the trials. Raises InputError for an axis that does not move in a trial, and for a
-        share of no force.
+        The simulators are those of the trials. InputError for an axis that rests in a trial, and a share of no force.
         """
         for simulator in simulators:
             check_axes(self.axes, simulator.subproblem)
@@ -178,8 +177,7 @@ class TrueDisturbanceSection(DisturbanceSection):
     def flown(self, trajectory: Trajectory, rng: np.random.Generator) -> tuple[Trajectory, Disturbance]:
         """The same trial with a history of the process, and the process.
 
-        The history has a stream of random numbers of its own, which `rng` spawns: the noise of readings is the same
-        with and without it.
+        `rng` spawns a stream of random numbers for it, so that the noise of readings is the same with and without it.
 
         Raises InputError as of :meth:`units`, and for a correlation time shorter than the step.
         """

@@ -22,8 +22,7 @@ FAULTS = ("dropout", "gaps", "outlier_probability", "bias")  # a scale of outlie
 class SensorSection(KindSection):
     """Keys of every kind of sensor, besides its own: faults, place and clock, as of :class:`bayesub.sensors.Sensor`.
 
-    Channels of one instrument share clock and place; it is by default that of the kind, and of a single sensor that of
-    its channel.
+    Channels of one instrument, by default that of the kind, or of a single sensor its channel's, share clock and place.
     """
 
     dropout: float | None = None

@@ -525,6 +525,48 @@ def test_digits_are_grouped_or_decimals_by_what_else_the_table_has(text, values,
     np.testing.assert_array_equal(readers.read("csv", [tmp_path / "t.txt"]).signals["rpm"].values, values)
 
 
+MEASURES = {  # cells of a column -> its numbers and unit
+    "12.5 m|13.25 m|14 m": ([12.5, 13.25, 14.0], "m"),
+    "-2.5°|0°|3.5°": ([-2.5, 0.0, 3.5], "°"),
+    "12,5 kn|13,25 kn|": ([12.5, 13.25, np.nan], "kn"),
+    "1 200.5 rpm|990 rpm|1'200 rpm": ([1200.5, 990.0, 1200.0], "rpm"),
+    "40 %|42.5 %|-3 %": ([40.0, 42.5, -3.0], "%"),
+    "12.5 m|13500 mm|14 m|0.015 km": ([12.5, np.nan, 14.0, np.nan], "m"),  # what has another unit is no reading
+    "12.5 m|3|4 m": ([12.5, 3.0, 4.0], "m"),
+}
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+@pytest.mark.parametrize(("cells", "expected"), MEASURES.items())
+def test_units_stand_in_the_cells(cells, expected, separator, tmp_path):
+    rows = [f"{k}{separator}{cell}" for k, cell in enumerate(cells.split("|"))]
+    (tmp_path / "t.csv").write_text("\n".join([f"t{separator}value", *rows]))
+    signal, (values, unit) = readers.read("csv", [tmp_path / "t.csv"]).signals["value"], expected
+    filled = np.isfinite(signal.values)
+    np.testing.assert_array_equal(signal.times[filled], np.flatnonzero(np.isfinite(values)))
+    np.testing.assert_array_equal(signal.values[filled], np.array(values)[np.isfinite(values)])
+    assert signal.unit == unit
+
+
+def test_a_table_whose_cells_all_have_a_unit_is_not_cut_at_spaces(tmp_path):
+    rows = [f"{k / 2} s,{k % 3}.5 m,{k} deg" for k in range(30)]
+    (tmp_path / "t.csv").write_text("\n".join(["t,depth,heading", *rows]))
+    signals = readers.read("csv", [tmp_path / "t.csv"]).signals
+    np.testing.assert_array_equal(signals["depth"].times, np.arange(30) / 2)
+    np.testing.assert_array_equal(signals["heading"].values, np.arange(30.0))
+
+
+@pytest.mark.parametrize("space", ["", " "])
+def test_sides_of_the_world_are_signs_of_places_only(space, tmp_path):
+    rows = [f"{k},33.{k}{space}S,151.{k}{space}E,5.{k}{space}S" for k in range(10, 20)]
+    (tmp_path / "t.csv").write_text("\n".join(["t,Latitude,lon,rudder", *rows]))
+    log = readers.read("csv", [tmp_path / "t.csv"])
+    np.testing.assert_allclose(log.signals["Latitude"].values, -33 - np.arange(10, 20) / 100)
+    np.testing.assert_allclose(log.signals["lon"].values, 151 + np.arange(10, 20) / 100)
+    assert "rudder" not in log.signals  # to starboard, or south?
+    assert any("'rudder'" in remark for remark in log.remarks)
+
+
 def test_digits_are_grouped_in_a_late_row_only(tmp_path):
     (tmp_path / "t.csv").write_text("t,rpm\n" + "".join(f'{k},"{990 + k:,}"\n' for k in range(3000)))
     signal = readers.read("csv", [tmp_path / "t.csv"]).signals["rpm"]
