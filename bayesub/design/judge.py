@@ -262,8 +262,7 @@ def expected_sd(sd: float, resolution: float) -> float:
     """Sd of normal noise whose information is that expected of a reading with noise that is then rounded.
 
     Expected over where the true value lies between two multiples of the resolution. Without noise, or with little, a
-    reading tells where a jump is and the information is without bound; then it is that of noise of a twentieth of the
-    resolution.
+    reading tells where a jump is and the information is without bound; then noise is a twentieth of the resolution.
     """
     if not resolution:
         return sd

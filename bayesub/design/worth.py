@@ -1,8 +1,7 @@
 """What each part of a trial brings: its minutes, its sensors, further sensors, and values from a towing tank.
 
 All are taken at the coefficients of the vehicle, from the derivatives of one flight as far as that goes. A value from a
-towing tank with the variance s^2 changes the covariance C of the coefficients to ``C - c c' / (C_kk + s^2)``, c its
-column.
+towing tank with the variance s^2 changes their covariance C to ``C - c c' / (C_kk + s^2)``, c its column.
 """
 
 from collections.abc import Iterable, Mapping

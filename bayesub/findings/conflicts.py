@@ -92,8 +92,7 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     The prior is scaled where it is standard normal, so that a uniform one is bent and has a sensitivity too. Of forces
     with unknown histories it is that of the process: the forces at the knots are no conclusions.
 
-    `posterior`: of all its parameters; `n_effective` (n_others,): effective draws of each parameter that is no force at
-    a knot.
+    `posterior`: of all its parameters; `n_effective` (n_others,): of each parameter that is no force at a knot.
 
     Returns "prior_sensitivity" and "likelihood_sensitivity", (n_others,) numbers, "hangs_on", (n_others,) words (prior,
     likelihood, both, or none), and "half_prior_shift" and "half_prior_width" of :func:`half_prior`.
@@ -128,8 +127,7 @@ def half_prior(prior: Prior, standard: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
     `standard`: draws (n, n_params) in those coordinates.
 
-    Returns the shift (n_params,) of each mean in posterior standard deviations, and the width (n_params,) over that of
-    today.
+    The shift (n_params,) of each mean in posterior standard deviations, and the width (n_params,) over that of today.
     """
     covariance = np.atleast_2d(np.cov(standard.T))
     mean, n = standard.mean(axis=0), len(covariance)

@@ -84,8 +84,7 @@ def derive(
     """The boats of a problem's prior and of its posterior, from which quantities follow.
 
     Of several trials the boat is the same. What is inferred of its body and of its actuators counts, but for lags,
-    which are those of its file; an order is what a log would have. What is inferred of sensors, water and starts is not
-    of the boat and is left out.
+    which are those of its file; an order is what a log would have. Sensors, water and starts are left out.
 
     `draws` (n, n_params): from the posterior; `rng`: of the draws from the prior, and of the choice among those of the
     posterior; `quantities`: besides the built-in ones; `known`: the prior as it was known before.

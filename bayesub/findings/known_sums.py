@@ -3,8 +3,7 @@
 Null and sloppy directions say what is not known; these sums say what is, and may be quoted. Of coefficients with the
 posterior mean m and covariance C the sum with weights ``C^-1 m`` is known best, to a relative sd of ``1 / sqrt(m' C^-1
 m)`` (Fisher 1936, of a discriminant: the largest mean over its sd). Of each axis, whose coefficients balance each other
-in steady motion, all sums of up to four are tried, the shortest first. One that those before it imply, or that the
-prior knew already, is left out.
+in steady motion, all sums of up to four are tried, the shortest first. What is implied, or known before, is left out.
 """
 
 from collections.abc import Sequence

@@ -31,8 +31,7 @@ def check(
     """The card of a log.
 
     `log` (n,): of :func:`bayesub.logs.log_files.read_log`; times need not ascend; `headers`: the columns of its file in
-    their order; `controls`: columns of a vehicle's own; `vehicle`: whose fins are taken together as rudder and stern
-    planes.
+    their order; `controls`: columns of a vehicle's own; `vehicle`: whose fins are taken together as rudder and planes.
     """
     names = {log_files.short_name(header): header for header in headers}
     if vehicle is not None and not vehicle.actuators.direct:

@@ -12,8 +12,7 @@ is that of the linearised problem, and the mean is of
 
     e' w + (C e)' (slope of the log posterior),
 
-whose second part has mean zero and takes all but the curvature of the posterior out of the first (Assaraf and Caffarel
-1999).
+whose second part has mean zero and takes all but curvature of the posterior out of the first (Assaraf & Caffarel 1999).
 """
 
 from __future__ import annotations

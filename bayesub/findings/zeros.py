@@ -100,8 +100,7 @@ def rank_lines(trajectory: Trajectory) -> list[str]:
 def together(names: Sequence[str], covariance: np.ndarray, vehicle: Vehicle) -> list[dict]:
     """Steady coefficients that are known only with zeros of actuators.
 
-    `names`: n_params parameters, those of a trial's own with its name in brackets; `covariance` (n_params, n_params):
-    of the posterior.
+    `names`: n_params, of a trial with its name in brackets; `covariance` (n_params, n_params): of the posterior.
 
     Returns for each such coefficient: "coefficient"; "with", zero -> factor, such that the coefficient plus the factors
     times the zeros is known to "sd"; "alone", the sd of the coefficient itself.

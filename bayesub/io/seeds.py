@@ -1,7 +1,6 @@
 """The streams of random numbers of a study's seed, each with its own number: the one place where these are given.
 
-Two of the same number and members are the same numbers, so that a new stream takes the next number, and a number is
-never given again.
+Two of the same number and members are the same: a new stream takes the next number, and none is given again.
 """
 
 import numpy as np

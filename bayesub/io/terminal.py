@@ -140,8 +140,7 @@ class _Tail(rich.progress.ProgressColumn):
 class Bars:
     """The stage at work as a bar with its pace and the time left, and a line with its time for each that has ended.
 
-    Where the output is no terminal there are the lines, and of a stage that takes long one a minute. A stage that took
-    less than `least_s` has no line.
+    Where the output is no terminal a long stage has a line a minute. A stage that took less than `least_s` has none.
     """
 
     def __init__(self, least_s: float = 0.0):

@@ -193,8 +193,7 @@ def quaternion_derivative(boat: Boat) -> tuple:
 def state_jacobian(boat: Boat) -> list[tuple]:
     """The derivatives of :func:`euler_derivative`: the tangent-linear equations (model manual, section 6).
 
-    They are twelve rows with N_COLUMNS columns: nothing depends on the position, so that there is one for each of
-    phi theta psi u v w p q r.
+    They are twelve rows with N_COLUMNS columns, one for each of phi theta psi u v w p q r: nothing depends on position.
     """
     sphi, cphi = sine_cosine(boat.state[3])
     sth, cth = sine_cosine(boat.state[4])

@@ -100,8 +100,7 @@ class Family:
     """The kernels for the forces of one equation set, sub-problem and kind of controls.
 
     `source` is the text of the module of the forces (:func:`bayesub.model.equations.generate.source`). Machine code is
-    compiled, or loaded, when something is first asked for that needs it; it is never sent to another process, which
-    compiles or loads its own.
+    compiled or loaded when it is first needed; it is never sent to another process, which has its own.
     """
 
     def __init__(self, source: str):

@@ -2,8 +2,7 @@
 
 A lane function is Python without loops over data and without branches on values: sums, products, quotients, roots,
 sizes, and choices between values. Run once on :class:`Lanes`, it writes down what is done to them, and what is written
-is a function ``void unit(double *work, double *control, double *out, double a, double b)`` of LLVM. Run on arrays it
-computes.
+is ``void unit(double *work, double *control, double *out, double a, double b)`` of LLVM. Run on arrays it computes.
 
 Rows of `work` and `out` hold one number for each lane; those of `control` are the same for all lanes.
 """

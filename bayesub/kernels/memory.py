@@ -17,8 +17,7 @@ _KEPT, _LARGEST = 2**28, 2**25  # bytes: that are kept at most, and of an array 
 def keep_freed_memory() -> bool:
     """Let this process keep what it frees, and say whether it does.
 
-    It does not where the environment says how memory is handled (``MALLOC_TRIM_THRESHOLD_`` and others), nor with
-    another C library than GNU's.
+    Not where the environment says how (``MALLOC_TRIM_THRESHOLD_`` and others), nor with another C library than GNU's.
     """
     if not sys.platform.startswith("linux") or any(name.startswith("MALLOC_") for name in os.environ):
         return False

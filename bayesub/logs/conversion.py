@@ -136,6 +136,9 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         remark = f"{mark:.12g} stands for no reading in {often} of {len(values)} values of '{section.signal}'?"
         remarks.append(f"{remark} missing = [{mark:.12g}] under [columns.{name}] leaves them out")
     steps = np.diff(times)
+    if len(steps) > 1 and (steps <= 0.0).all() and steps.any():
+        remarks.append(f"the stamps of '{section.signal}' fall from row to row; the rows are turned round")
+        times, values, steps = times[::-1], values[::-1], -steps[::-1]
     for k in np.flatnonzero(steps < -BACKWARDS_S)[:1]:
         message = f"{path}: the time stamps of '{section.signal}' go back from {times[k]:.12g} to {times[k + 1]:.12g} "
         message += f"s: {_why_back(steps)}"

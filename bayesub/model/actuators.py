@@ -129,8 +129,7 @@ class Actuators:
     def weights(self, values: np.ndarray, subproblem: str | None) -> np.ndarray:
         """(n, 4) weight from outside, N, and its moments about the origin, N m (model manual, equations 3.7 to 3.9).
 
-        In the horizontal sub-problem, in which weight is balanced, there are none; the vertical one keeps those in its
-        plane.
+        In the horizontal sub-problem, in which weight is balanced, there are none; the vertical has those in its plane.
         """
         kept = {None: [True] * 4, "horizontal": [False] * 4, "vertical": [True, True, False, True]}[subproblem]
         return np.where(kept, (values - self.zeros) @ self._unit_forces[3], 0.0)

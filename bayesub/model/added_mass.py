@@ -103,8 +103,7 @@ def coefficients_of(added: np.ndarray, equations: EquationSet) -> np.ndarray:
 
     Momentum p and angular momentum h are `added` times the velocities; the force is -dp/dt - omega x p and the moment
     -dh/dt - omega x h - velocity x p. Products of speeds that the equations do not have are left out. `added` (6, 6) is
-    symmetric; like the coefficients (n_terms,), which lack the factors that make them dimensional, it is per density of
-    the fluid.
+    symmetric; like the coefficients (n_terms,), which lack their factors, it is per density of the fluid.
     """
     added = np.asarray(added, dtype=float)
     quadratic = products_of(added)

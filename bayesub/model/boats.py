@@ -65,8 +65,7 @@ class Boats:
     def accelerations(self, plane: str | None, states: np.ndarray, controls: np.ndarray) -> np.ndarray:
         """Body accelerations (n, n_states, 6), m/s^2 and rad/s^2, of a motion that is confined to a plane.
 
-        States (n_states, 12) are the same of all boats, or (n, n_states, 12) those of each; controls are as
-        :meth:`controls` gives them.
+        States (n_states, 12) are of all boats, or (n, n_states, 12) of each; controls as :meth:`controls` gives them.
         """
         kernel = self.vehicle.kernels(self._kernels_of(plane)).body_accelerations
         dimensional = self.confined(plane) * self.vehicle.dimensional_factors
@@ -81,8 +80,7 @@ class Boats:
         """What the kernels take as controls, with the propeller of straight flight and all else at rest but for orders.
 
         `orders` are (n,) of all boats, or (n_boats, n) of each, SI units, by the columns of controls. The result is
-        (n, n_kernel_controls), the same of all boats; (n_boats, n, n_kernel_controls) if orders or actuators are those
-        of each.
+        (n, n_kernel_controls), the same of all boats; (n_boats, n, n_kernel_controls) if they have their own.
         """
         actuators, orders = self.vehicle.actuators, orders or {}
         values = np.tile(actuators.rest, (n, 1))

@@ -39,8 +39,7 @@ class DenseOutput:
     ) -> np.ndarray:
         """(n_batch, n, n_outputs) outputs at times (n_batch, n), s, in their :meth:`pieces`, or their rates of change.
 
-        `looked` (m,) are the different ones among the pieces, ascending, and `outputs` (n_batch, 4 m, n_outputs) those
-        at their :meth:`looks`.
+        `looked` (m,): different pieces, ascending; `outputs` (n_batch, 4 m, n_outputs): those at their :meth:`looks`.
         """
         lengths = self._lengths[pieces]
         weights = (_slopes if rates else _values)(3.0 * (times - self._starts[pieces]) / lengths)

@@ -88,8 +88,7 @@ def linear_systems(
 def stacked(trials: Sequence[dict[str, LinearSystem]], order: Sequence[str]) -> dict[str, LinearSystem]:
     """The linear form of each axis from those of several trials of one vehicle; a null vector is one of all of them.
 
-    A column that a trial leaves out, because it vanishes there, is zero in its rows. The columns stand in the `order`
-    of the equations' coefficients.
+    A column that vanishes in a trial is zero in its rows. Columns are in the `order` of the equations' coefficients.
     """
     first, *others = trials
     if not others:

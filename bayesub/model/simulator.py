@@ -479,8 +479,7 @@ def true_step(step: float, manoeuvre: Manoeuvre) -> float:
 def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, attitude: str = "euler") -> float:
     """The largest step of 1, 0.5, 0.2, 0.1, .. s that keeps the position within 5 cm of the one at half the step.
 
-    The search starts at a tenth of a ship length travelled. InputError if a boat that completes the
-    manoeuvre has no such step.
+    It starts at a tenth of a ship length. InputError if a boat that completes the manoeuvre has no such step.
     """
     times = np.linspace(0.0, manoeuvre.duration, 201)
     ladder = steps(vehicle, manoeuvre)

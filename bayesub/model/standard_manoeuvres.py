@@ -42,8 +42,7 @@ def fly(
 
     It goes as many ship lengths as are travelled at the trial speed, confined to a plane. `orders` are by the columns
     of controls where these have come to rest before, and where they are ordered, deg, or to their limits. After
-    `astern` ship lengths the propeller turns astern, as fast as it has turned ahead. `initial` (n, 12) are the states
-    at the start.
+    `astern` ship lengths the propeller turns astern, as fast as it turned ahead. `initial` (n, 12): states at start.
     """
     vehicle = boats.vehicle
     scale = vehicle.length_m / vehicle.speed_mps

@@ -1,8 +1,7 @@
 """What a posterior density is made of, whether of one trial or of several, and views of it.
 
 A view is a problem of the same trials with other noise, fewer parameters or a shorter record. It changes parts of each
-trial and keeps all others (:meth:`bayesub.problem.trial_problem.TrialProblem.view`), so that views of views have the
-changes of both.
+trial and keeps all others (:meth:`bayesub.problem.trial_problem.TrialProblem.view`), so views of views have both.
 """
 
 import time

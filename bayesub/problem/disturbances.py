@@ -7,8 +7,7 @@ the impulse of what happens in between, which is a third of all of it when knots
 What the broken line lacks has no inner product with any hat.
 
 The parameters are white coordinates w of these forces (:mod:`bayesub.problem.innovations`): standard normal whatever
-the sd and the correlation time are, and independent. Where the readings say nothing about the forces, the posterior of
-w is the prior.
+the sd and the correlation time are, and independent. Where readings say nothing of forces, w has its prior.
 """
 
 from __future__ import annotations

@@ -55,8 +55,7 @@ class Likelihood:
     def residuals(self, predicted: np.ndarray, values: np.ndarray, centres: np.ndarray | None = None) -> np.ndarray:
         """(n_batch, n_rows) residuals: those of the readings, and after them those of the parameters of the noise.
 
-        The noise is as at `centres`, by default at the values, and the rows of its parameters say how far these are
-        from there.
+        The noise is as at `centres`, by default the values; rows of its parameters say how far these are from there.
         """
         parts, rows = [], []
         pairs = zip(self.each(values if centres is None else centres), self.each(values), strict=True)

@@ -112,8 +112,7 @@ def _feels_place(channel) -> bool:
 class Mounting:
     """How the unknown clocks and lever arms of a problem act, given what is at positions among the nuisance parameters.
 
-    By instrument, `clocks` are positions of unknown ones, and `moved` positions and numbers, 0 to 2, of the components
-    of an unknown lever arm.
+    By instrument, `clocks`: positions of unknown ones, `moved`: and numbers (0 to 2) of parts of unknown lever arms.
     """
 
     def __init__(self, members: dict[int, Mount], channels: Sequence[Channel]):

@@ -145,8 +145,7 @@ def of_instrument(name: str, vehicle: Vehicle) -> bool:
 def _of_hull(name: str, vehicle: Vehicle, manoeuvre: Manoeuvre) -> Nuisance:
     """The volume of a hull whose buoyancy follows the water, or its compressibility.
 
-    Both act by scales of what follows the water; with the volume the buoyancy in water of the density of the vehicle
-    file changes too.
+    Both act by scales of what follows the water; with the volume the buoyancy in the water of the file changes too.
     """
     members = {actuator.name: actuator for actuator in vehicle.actuators.members}
     if VOLUME not in members:

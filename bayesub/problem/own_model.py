@@ -311,8 +311,7 @@ class DensityModel(Model):
     ``d = R (x - x0) + R'^-1 g0`` and ``R'^-1 g`` of the gradient g of minus the log likelihood, the rows
     ``(2 d + R'^-1 g) / 3`` have squares that sum to the deviance but for terms of the fourth order; they are lengthened
     so that they sum to it. Such rows are emulated as residuals are, and each costs a gradient; a step of the sampler
-    costs a log likelihood only, whose exact value accepts or refuses it. InputError for a prior that is none, or values
-    of another shape.
+    costs a log likelihood only, whose exact value decides. InputError for no prior, or values of another shape.
 
     Parameters
     ----------

@@ -50,8 +50,7 @@ class Water:
 def over_ground(states: np.ndarray, times: np.ndarray, current: "tuple[float, float] | Water") -> np.ndarray:
     """Motion over the ground of motion through the water.
 
-    The position drifts with the water, and the current adds to the body velocities as seen in body axes. Attitude and
-    rates are the same for both.
+    The position drifts with the water, and the current adds to velocities in body axes; attitude and rates stay.
 
     `states` (.., n_times, 12), at `times` (n_times,), s, are through the water, from :func:`bayesub.simulate`. The
     `current` is constant, (2,) to the north and to the east, m/s, or says how the water moves at these times. Returned

@@ -159,8 +159,7 @@ class ADCP(Instrument):
 class GPS(Instrument):
     """A satellite receiver: position, and if named velocity over the ground, speed and course over ground.
 
-    Latitude and longitude of a log are x and y in m from the first fix. Its antenna is at a lever arm
-    (:func:`modified`).
+    Latitude and longitude of a log are x and y in m from the first fix. Its antenna may be off (:func:`modified`).
     """
 
     CHANNELS = ("x", "y", "velocity_north", "velocity_east", "velocity_down", "speed_over_ground", "course_over_ground")

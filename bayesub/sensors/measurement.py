@@ -262,8 +262,7 @@ def observe(
     sensors : a :class:`Sensor`, an instrument such as :class:`Track`, a preset, or a sequence of them
     rng : source of noise, outliers and dropouts, which are drawn sensor after sensor. None gives the truth itself as
         readings, which keep the sd of their sensor as their weight.
-    current_mps : a constant current in which the boat moves, to the north and to the east, besides that of the
-        disturbance of the trajectory
+    current_mps : a constant current to north and east, besides that of the disturbance of the trajectory
     """
     if trajectory.status[member] != "ok":
         raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")

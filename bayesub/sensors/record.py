@@ -182,15 +182,13 @@ class Record:
     ) -> "Record":
         """Read the readings of a trial.
 
-        Each channel has the times of those cells of its column that are not empty. Columns of controls are left to
-        :func:`bayesub.load_manoeuvre`.
+        Each channel has the times of its filled cells. Columns of controls are left to :func:`bayesub.load_manoeuvre`.
 
         Yaw, heading and course are compared to a simulation modulo one turn, whatever the range of the column, so that
         noise about north, long gaps and fast turns do no harm. For pictures, and for the heading at the start, one that
         stays within one turn (0 to 360 or -180 to 180 deg, and a twentieth of a turn beyond for noise) is unwrapped as
         well: each reading is brought within half a turn of the one before, across gaps too, and the first within half a
-        turn of `start_heading_deg`. InputError for a file that does not fit, and for a column without sensor or a
-        sensor without column.
+        turn of `start_heading_deg`. InputError for a file that does not fit, a column without sensor and the reverse.
 
         Parameters
         ----------

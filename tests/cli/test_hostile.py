@@ -239,6 +239,19 @@ def test_names_that_a_terminal_cannot_print(tmp_path):
         assert "lu\\u0165ou\\u010dk" in done.stdout
 
 
+@pytest.mark.parametrize("row", ["2,5,10.2", "4,5,1"])
+def test_a_row_that_is_short_is_named(row, bayesub, tmp_path):
+    """A cell that is missing has moved those after it; one that is empty has its comma."""
+    lines = ["time_s,rudder_deg,heading_deg,depth_m", *(f"{k},5,{157 + k},10" for k in range(6))]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(lines) + "\n7,5,,10\n\n")
+    assert bayesub("check", str(log))[0] == 0
+    log.write_text("\n".join([*lines[:4], row, *lines[5:]]))
+    status, _, err = bayesub("check", str(log))
+    assert (status, err.count("\n")) == (2, 1)
+    assert "line 5: has 3 cells, expected 4" in err
+
+
 def test_out_of_memory_is_one_line(bayesub, monkeypatch):
     def fails(*_, **__):
         raise MemoryError("Unable to allocate 3 TiB")

@@ -163,6 +163,13 @@ def test_stamps_that_repeat_or_overtake_one_another_are_mended_and_counted():
         converted(log(a=([0.0, 100.0, 3.0], T, "m")), x_m={"signal": "a"})
 
 
+def test_rows_from_the_newest_to_the_oldest_are_turned_round():
+    result = converted(log(a=([20.0, 15.0, 5.0, 5.0, 0.0], np.arange(5.0), "m")), x_m={"signal": "a"})
+    np.testing.assert_array_equal(result.times, [0.0, 5.0, 15.0, 20.0])
+    np.testing.assert_array_equal(result.columns["x_m"], [4.0, 3.0, 1.0, 0.0])
+    assert "fall from row to row" in result.remarks[0]
+
+
 CLOCKS = {"200 s": (np.arange(0.0, 900.0, 0.5) % 200.0, 200.0)}
 CLOCKS["32 bits of us"] = np.arange(4290.0, 4310.0) % 4294.967296, 4294.967296
 

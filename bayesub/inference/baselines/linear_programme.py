@@ -40,8 +40,7 @@ def linear_programme(
 
     `systems`, `guess` and `held` are as of :func:`bayesub.inference.baselines.linear_least_squares`; `bounds` are
     coefficient name -> (low, high), either of them None for no bound. In each pair (weights, upper) of the
-    `constraints`, the sum of weight * coefficient over the dictionary weights, which names coefficients of one axis, is
-    at most upper.
+    `constraints`, the sum of weight * coefficient over weights, whose names are of one axis, is at most upper.
 
     The cost of the Estimate is the largest residual relative to the largest load, largest over the axes. Where the rank
     is deficient the solution stays at the guess along what is not determined, unless bounds or constraints forbid it:

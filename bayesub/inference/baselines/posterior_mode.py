@@ -142,8 +142,7 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
 def follow_noise(problem: Sampled, start: np.ndarray, **last: Any) -> Estimate:
     """The posterior mode, followed from noise with which the start (n_params,) would fit, with the seconds of all.
 
-    The `last` search, with the noise of the problem, has these options of :func:`gauss_newton`. A ValueError says that
-    the simulation fails at the start.
+    The `last` search, with the noise of the problem, has these options of :func:`gauss_newton`. ValueError if it fails.
     """
     scales, misfit, fall = [1.0], _deviance_a_row(problem, start), np.inf
     while 1.0 < misfit < np.inf and fall > _NO_FALL:  # some noise is as large as the errors are, and falls no more

@@ -29,8 +29,7 @@ class Normalised:
 
     Currents, biases and clocks have guesses of zero, and readings may not tell them all. With the standard normal
     coordinate t of the prior, the unknown of a parameter that is `informed` is ``1 + t / 4``, as of one that is guessed
-    to 25 %, and t is a residual besides those of the readings: what is known before counts like a reading. So is each
-    whose guess is zero.
+    to 25 %, and t is a residual besides those of readings: what is known counts like a reading. So are zero guesses.
     """
 
     problem: LeastSquares

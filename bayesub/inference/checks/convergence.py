@@ -111,8 +111,7 @@ def variance_trend(chain: np.ndarray, scores: np.ndarray | None = None) -> np.nd
 
     The variance is that of the rank-normalised draws, which exists whatever the tails, about the median of all; two
     halves of a stationary chain of many autocorrelation times differ by a standard normal. The standard error is that
-    of two mean squares with half of the effective sample size of the squares each (Geweke's test of 1992, for the
-    second moment).
+    of two mean squares, each with half of their effective sample size (Geweke 1992, for the second moment).
     """
     squares = (rank_normalised(chain) if scores is None else scores) ** 2
     half = chain.shape[1] // 2

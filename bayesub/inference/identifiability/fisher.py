@@ -47,8 +47,7 @@ class Spectrum(Displayed):
     def coordinates(self) -> np.ndarray:
         """(n_params, n_params) matrix whose row i gives the coordinate along direction i of a step in prior sds.
 
-        The coordinates of draws of the prior are independent and have a standard deviation of one, also where the prior
-        correlates parameters.
+        Coordinates of draws of the prior are independent with an sd of one, also if the prior correlates parameters.
         """
         return np.linalg.inv(self.directions).T
 
@@ -97,8 +96,7 @@ def conditional_sd(problem: Identifiable, draws: np.ndarray) -> np.ndarray:
     It is the root of 1 / (information of the data on the parameter + precision of the prior), which is well conditioned
     where the covariance of the draws is not; its square is averaged over some draws (n, n_params) of the posterior. The
     multiple correlation R of a parameter with all others, of which this and its posterior sd are the two sides, is
-    ``R^2 = 1 - (conditional sd / posterior sd)^2``, and 1 / (1 - R^2) its variance inflation factor (Belsley, Kuh &
-    Welsch 1980).
+    ``R^2 = 1 - (conditional sd / posterior sd)^2``, 1 / (1 - R^2) its variance inflation (Belsley, Kuh & Welsch 1980).
     """
     prior = problem.prior.found(draws)
     variances = []

@@ -91,8 +91,7 @@ def rank(
 ) -> dict[str, AxisRank]:
     """Rank and null space of each axis of :func:`bayesub.model.linear_form.linear_systems`.
 
-    Columns are scaled to unit length, because the regressors differ by orders of magnitude. See :func:`round_off` for
-    the threshold.
+    Columns are scaled to unit length: regressors differ by orders of magnitude. :func:`round_off` has the threshold.
 
     `systems` are axis -> object with names (n_columns,), matrix (n_samples, n_columns) and rounding, the relative error
     of its columns, a number or (n_columns,). Null vectors are tied to names in `prefer` where that is possible: those

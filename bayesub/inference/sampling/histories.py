@@ -1,8 +1,7 @@
 """Sampling coordinates of problems with histories: those of the other parameters, and after them y.
 
 The others have the geometry and the surrogate of the marginalised problem
-(:mod:`bayesub.inference.sampling.marginalised`); y is standard normal for the surrogate, and a step of the sampler
-moves both.
+(:mod:`bayesub.inference.sampling.marginalised`); y is standard normal for the surrogate, and a step moves both.
 """
 
 import time

@@ -52,8 +52,7 @@ def trajectories(
 
     Of walkers y (n, n_params), with `angles` (n_trajectories, n) of a leapfrog step in radians, standard normal
     `momenta` (n_trajectories, n, n_params) at the start of each, and `thresholds` (n_trajectories, n), logarithms of
-    uniform random numbers. Returned are places (n, n_params), log densities there (n,), and the fraction of
-    trajectories accepted (n,).
+    uniform random numbers. Returns places (n, n_params), log densities (n,), fractions of trajectories accepted (n,).
     """
     n_trajectories, ends, log_ends, accepted = len(angles), np.empty(y.shape), np.empty(len(y)), np.zeros(len(y))
     for first in range(0, len(y), PLACES):

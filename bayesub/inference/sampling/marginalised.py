@@ -2,8 +2,7 @@
 
 The residuals r of a problem are almost linear in its white coordinates w, hundreds of them with standard normal prior,
 if the others, psi, are given: readings that follow the motion closely leave it no room to bend. With G the derivative
-of r by w, w given psi is normal with precision G'G + 1 about the minimum w* of |r|^2 + |w|^2, and psi by itself has the
-density
+of r by w, w given psi is normal with precision G'G + 1 about the minimum w* of |r|^2 + |w|^2, and psi alone has density
 
     prior(psi) exp(-(|r*|^2 + |w*|^2 + rho^2) / 2),    rho^2 = log det(G'G + 1).
 

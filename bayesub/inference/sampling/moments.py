@@ -81,8 +81,7 @@ class Moments:
     def differences(self, chain: np.ndarray) -> tuple[np.ndarray, ...]:
         """Means (n_params,), sds (n_params,) and correlations (n_pairs,) of another sampler less these.
 
-        In Monte Carlo standard errors of both; `chain` (n_ensembles, n_steps, n_walkers, n_params) is of the other
-        sampler.
+        In Monte Carlo standard errors of both; `chain` (n_ensembles, n_steps, n_walkers, n_params) is of the other.
         """
         theirs = feature_means((chain - self.means) / self.sds)
         ours = (0.0, self.mean_errors), (1.0, self.square_errors), (self.correlations, self.product_errors)

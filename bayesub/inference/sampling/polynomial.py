@@ -2,8 +2,7 @@
 
 A polynomial has a constant, all z linearly, squares and products of the components a = z'A along `active` directions A,
 and products of three and of four of the first few of these. Of many such polynomials of the same z only some
-combinations are not nearly linear. Products are therefore summed for few `bent` combinations, whose share in each
-polynomial is its `mix`.
+combinations are not nearly linear. Products are summed for few `bent` combinations, whose share in each is its `mix`.
 
 Compiled functions take places place after place, z (n_params, n), so that a sum over terms is one matrix product: few
 places at once, whose terms stay in a core's cache.

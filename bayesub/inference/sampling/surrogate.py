@@ -4,14 +4,12 @@ In whitened coordinates z (the table of :mod:`bayesub.inference.sampling`) the r
 (:mod:`bayesub.inference.sampling.polynomial`), fitted by least squares to simulations at draws from near the posterior.
 With the misfit of the fit as additional noise (Kaipio & Somersalo 2007) the k emulated residuals r are standard normal,
 but for the emulator's own errors, which are larger in the tails: it is where the surrogate is too low that walkers are
-held. The misfit is therefore taken twice, and their density is that of a t distribution of nu = 30 + k degrees of
-freedom,
+held. The misfit is taken twice, and their density is that of a t distribution of nu = 30 + k degrees of freedom,
 
     log S = log prior - power (nu + k) / 2 log(1 + q / nu),    q = |r|^2 - |r_mode|^2,
 
 continued by its tangent below q = 0. The power is just below one (:meth:`Surrogate.temper`). (At the mode the residuals
-balance the pull of the prior. Where prior and data disagree they are large, and without r_mode all of the posterior
-would lie in the tails.)
+balance the pull of the prior. Where prior and data disagree they are large: without r_mode all would lie in the tails.)
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
 where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread. In the end a

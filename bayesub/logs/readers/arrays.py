@@ -38,6 +38,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
         found = [label for label in found if label.startswith(part)] or found
         if not signal:
             found = [] if part else [label for label in vectors if _is_time(label, vectors)]
+            found.sort(key=lambda label: label.rpartition(".")[2].lower() == "t")  # may be a temperature
         elif not found and part != path.stem:
             message = f"{path}: there is no '{clock.signal}', the signal of [time]{nearest(signal, vectors)}"
             faults.append(InputError(message, "unknown", "time.signal"))
@@ -49,7 +50,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             else:
                 times[label] = seconds, part
                 remarks += [remark] if remark else []
-    objects = [name for name, (values, _) in arrays.items() if values.dtype.kind == "O"]
+    objects = [name for name, (values, _) in arrays.items() if values.dtype.kind == "O" and not values.ndim]
     for name, new in [(name, re.sub(r"\W+", "_", name)) for name in objects[:1]]:
         message = f"'{name}' is a timeseries, which only MATLAB reads; there write {new}_time = {name}.Time; "
         message += f"{new} = {name}.Data; save('{new}.mat', '{new}', '{new}_time')"
@@ -89,8 +90,10 @@ def _label(signal: str) -> str:
 
 
 def _is_time(label: str, vectors: Arrays) -> bool:
-    is_named = label.rpartition(".")[2].lower() in TIMES or label.removesuffix("_time") in vectors.keys() - {label}
-    return is_named or vectors[label][0].dtype.kind in "Mm"
+    name, values = label.rpartition(".")[2].lower(), vectors[label][0]
+    is_named = name in TIMES or label.removesuffix("_time") in vectors.keys() - {label}
+    is_other = name == "t" and values.dtype.kind in "iuf" and not stamps.may_be_clock(values)
+    return (is_named and not is_other) or values.dtype.kind in "Mm"
 
 
 def _columns(name: str, values: np.ndarray, unit: str) -> list[tuple[str, tuple[np.ndarray, str]]]:
@@ -100,8 +103,7 @@ def _columns(name: str, values: np.ndarray, unit: str) -> list[tuple[str, tuple[
         return []
     if longest == values.size:
         return [(name, (values.ravel(), unit))]
-    values = values if values.shape[0] == longest else values.T
-    columns = values.reshape(longest, -1).T
+    columns = np.moveaxis(values, values.shape.index(longest), 0).reshape(longest, -1).T
     return [(f"{name}[{k}]", (column, unit)) for k, column in enumerate(columns)]
 
 
@@ -139,8 +141,9 @@ def _arrays(path: Path) -> Arrays:
 
         with io.netcdf_file(path, mmap=False, maskandscale=True) as file:
             for name, variable in file.variables.items():
-                unit = getattr(variable, "units", b"")
-                arrays[name] = np.ma.filled(np.ma.asarray(variable[:], dtype=float), np.nan), unit.decode()
+                if variable.data.dtype.kind in "iuf" and variable.shape:
+                    values = np.array(np.ma.filled(variable[:].astype(float), np.nan))
+                    arrays[name] = values, _decoded(getattr(variable, "units", ""))
         return arrays
     else:
         from scipy import io
@@ -191,8 +194,10 @@ def _visit_hdf5(name: str, item: Any, arrays: Arrays) -> None:
     kind = item.attrs.get("MATLAB_class", b"")
     if isinstance(item, h5py.Group):
         for key in item:
-            if not key.startswith("#"):
-                _visit_hdf5(f"{name}.{key}" if name else key, item[key], arrays)
+            if not key.startswith("#") and (inner := item.get(key)) is not None:  # and the link leads to something
+                _visit_hdf5(f"{name}.{key}" if name else key, inner, arrays)
+    elif item.shape is None:
+        return
     elif item.dtype.names:
         table = item[()]
         for field in item.dtype.names:
@@ -218,6 +223,10 @@ def _visit_hdf5(name: str, item: Any, arrays: Arrays) -> None:
         values[np.isin(values, marks)] = np.nan
         scales = (("scale_factor", 1.0), ("add_offset", 0.0))
         factor, offset = (float(np.ravel(item.attrs.get(*key))[0]) for key in scales)
-        unit = item.attrs.get("units", "")
-        unit = unit.decode() if isinstance(unit, bytes) else str(unit)
+        unit = _decoded(item.attrs.get("units", ""))
         arrays[name] = np.squeeze(factor * (values.T if kind else values) + offset), unit
+
+
+def _decoded(unit: Any) -> str:
+    """A unit as a text; a byte that is no UTF-8 is the sign of degrees."""
+    return unit.decode("utf-8", "replace").replace("\ufffd", "°") if isinstance(unit, bytes) else str(unit)

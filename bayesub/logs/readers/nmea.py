@@ -12,8 +12,10 @@ import numpy as np
 from bayesub.io.errors import InputError
 from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers.signals import Collection, VehicleLog, library
+from bayesub.logs.readers.stamps import LATEST
 
 HALF_DAY_S, DAY_S = 43200.0, 86400.0
+UNEVEN, SLACK_S = 0.1, 2.0  # of the time and besides, by which the clock of a logger may differ
 # A time that a logger wrote before a sentence: seconds, a date and time, or the tag block of NMEA 4.
 _STAMPED = re.compile(r"^\s*(?:\\[^\\]*?c:(?P<tag>\d+)[^\\]*\\|(?P<stamp>[^$!\\]*?)[\s,;]*)(?P<sentence>[$!].*)$")
 _UNITS = dict.fromkeys(("latitude", "longitude", "true_course", "true_track", "mag_track"), "deg")
@@ -30,7 +32,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     (RMC, GGA, ..); sentences between two of these are spread over the time between them.
     """
     pynmea2 = library("pynmea2", path)
-    sentences, n_wrong, n_lines = [], 0, 0
+    sentences, remarks, n_wrong, n_lines = [], list[str](), 0, 0
     for line in path.read_text(encoding="ascii", errors="replace").splitlines():
         match = _STAMPED.match(line)
         if match is None:
@@ -47,28 +49,29 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     if not sentences:
         message = f"{path}: has no sentences of NMEA 0183, which begin with $ or !; other text is of kind csv"
         raise InputError(message, "format")
-    stamps = [stamp for stamp, _ in sentences]
-    if all(stamp is None for stamp in stamps):
-        stamps = _inner_times([message for _, message in sentences])
+    stamps, inner = [stamp for stamp, _ in sentences], _inner_times([message for _, message in sentences])
+    both = np.array([pair for pair in zip(stamps, inner, strict=True) if None not in pair], dtype=float).reshape(-1, 2)
+    uneven = np.ptp(both[:, 0] - both[:, 1]) - UNEVEN * np.ptp(both[:, 1]) if len(both) else 0.0
+    if all(stamp is None for stamp in stamps) or uneven > SLACK_S:
+        remarks += ["what stands before the sentences is no time, and theirs are taken"] if len(both) else []
+        stamps = inner
     times = _spread(stamps, path)
     collection = Collection()
     for time, (_, message) in zip(times, sentences, strict=True):
         head = f"{getattr(message, 'talker', '')}{getattr(message, 'sentence_type', '')}" or message.identifier()
         for name, value in _fields(message):
             collection.add(f"{head}.{name}", time, value, _UNITS.get(name, ""))
-    remarks = (f"{n_wrong} of {n_lines} sentences are damaged and left out",) if n_wrong else ()
-    return VehicleLog(path, collection.signals(), remarks)
+    remarks += [f"{n_wrong} of {n_lines} sentences are damaged and left out"] if n_wrong else []
+    return VehicleLog(path, collection.signals(), tuple(remarks))
 
 
 def _stamp(match: re.Match) -> float | None:
     """The time that a logger wrote, s; None if it wrote none."""
-    if match["tag"]:
-        return float(match["tag"])
-    text = (match["stamp"] or "").strip(" ,;[]")
+    text = (match["tag"] or match["stamp"] or "").strip(" ,;[]")
     if not text:
         return None
     with contextlib.suppress(ValueError):
-        return float(text)
+        return float(text) * (1e-3 if float(text) > LATEST else 1.0)  # in ms
     try:
         moment = datetime.datetime.fromisoformat(text)
     except ValueError:
@@ -78,14 +81,11 @@ def _stamp(match: re.Match) -> float | None:
 
 def _inner_times(messages: list[Any]) -> list[float | None]:
     """The times inside of sentences, seconds since 1970 if any sentence has the date, otherwise since midnight."""
-    base, before = 0.0, None
-    for message in messages:
-        with contextlib.suppress(AttributeError, ValueError, TypeError):
-            if isinstance(message.datestamp, datetime.date):
-                base = datetime.datetime.combine(message.datestamp, datetime.time(), datetime.UTC).timestamp()
-                break
+    days, before = [_midnight(message) for message in messages], None
+    base = next((day for day in days if day is not None), 0.0)
     stamps: list[float | None] = []
-    for message in messages:
+    for message, day in zip(messages, days, strict=True):
+        base = base if day is None else day
         clock = getattr(message, "timestamp", None) if "timestamp" in _names(message) else None
         if not isinstance(clock, datetime.time):
             stamps.append(None)
@@ -96,6 +96,14 @@ def _inner_times(messages: list[Any]) -> list[float | None]:
         before = seconds
         stamps.append(seconds)
     return stamps
+
+
+def _midnight(message: Any) -> float | None:
+    """The beginning of the day that a sentence says, seconds since 1970; None if it says none."""
+    with contextlib.suppress(AttributeError, ValueError, TypeError):
+        if isinstance(message.datestamp, datetime.date):
+            return datetime.datetime.combine(message.datestamp, datetime.time(), datetime.UTC).timestamp()
+    return None
 
 
 def _spread(stamps: list[float | None], path: Path) -> np.ndarray:

@@ -93,10 +93,10 @@ def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: 
     import pandas as pd
 
     result, back = [], np.diff(times) < 0.0
-    for name, column in zip(names, some, strict=True):
-        codes, labels = pd.factorize(some[column])
-        if not 2 <= len(labels) <= min(LABELS, len(codes) // 2) or codes.min() < 0:
-            continue
+    found = [(name, *pd.factorize(some[column])) for name, column in zip(names, some, strict=True)]
+    found = [one for one in found if 2 <= len(one[2]) <= min(LABELS, len(some) // 2) and one[1].min() >= 0]
+    found.sort(key=lambda one: one[2].dtype.kind in "biuf")  # texts first, and not hundreds of flags
+    for name, codes, labels in found[:LABELS]:
         changes, order = np.flatnonzero(np.diff(codes)), np.argsort(codes, kind="stable")
         alternate, same = len(changes) > len(codes) // LABELS, np.diff(codes[order]) == 0
         across = (np.median(np.abs(np.diff(values))[changes]) for values in readings)

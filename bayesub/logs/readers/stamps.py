@@ -51,7 +51,8 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
         check_known(form, FORMATS, message, key="time.format")
     if column.dtype.kind in "Mm":
         zero = pd.Timestamp(0, tz=column.dt.tz) if column.dtype.kind == "M" else pd.Timedelta(0)
-        times = unwrapped((column - zero).dt.total_seconds().to_numpy(), DAY_S)
+        times = (column - zero).dt.total_seconds().to_numpy()
+        times = unwrapped(times, DAY_S if np.nanmax(times, initial=0.0) <= DAY_S else None)
         return unwrapped(times, clock.wraps_every_s), ""
     numbers, unit = as_numbers(column), "" if unit.lower() in ZONES else unit
     if "%" in form or not np.isfinite(numbers).any() or (not unit + form and _are_digits(numbers)):
@@ -105,6 +106,12 @@ def as_numbers(column: Any) -> np.ndarray:
         column = pd.concat([pd.to_numeric(part, errors="coerce") for part in plain])
     numbers = column.to_numpy(dtype=float, na_value=np.nan)
     return np.where(np.isfinite(numbers), numbers, np.nan)
+
+
+def may_be_clock(numbers: np.ndarray) -> bool:
+    """Whether numbers (n,) rise or fall nearly always, as times do, and temperatures in a column called T do not."""
+    falls = np.diff(numbers[np.isfinite(numbers)]) < 0.0
+    return not 0.1 < falls.mean() < 0.9 if len(falls) else True
 
 
 def _step(numbers: np.ndarray) -> float:
@@ -181,7 +188,10 @@ def _parts(texts: Any, pattern: str) -> Any:
     tables = []
     for block in _blocks(texts):
         parts = block.str.extract(pattern)
-        parts["part"] = "0." + parts["part"].str[1:]
+        digits = parts["part"].str[1:]
+        if parts["part"].str.startswith(":").any():  # a count, 12:00:00:5 to 12:00:00:995
+            digits = digits.str.zfill(int(digits.str.len().max()))
+        parts["part"] = "0." + digits
         tables.append(parts.assign(**{key: as_numbers(parts[key]) for key in ("h", "m", "s", "part")}))
     return pd.concat(tables, ignore_index=True)
 

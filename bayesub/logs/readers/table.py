@@ -4,6 +4,7 @@ import io
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,13 @@ from bayesub.logs.readers.signals import Signal, VehicleLog, library
 
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
+UNITLESS, NAMES = ("-", "TS", "RN"), ("timestamp", "lat", "lon")  # in a row of units, and of names though units too
 SAMPLE = 20  # lines at the end of the first block that tell how cells are separated
-TIMES = ["time_s", "time", "t", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
+TIMES = ["time_s", "time", "timestamp", "time_ms", "time_us", "utc", "datetime", "date_time", "seconds"]
 TIMES += ["zeit", "uhrzeit", "temps", "heure", "tiempo", "hora", "tempo", "tijd", "tid"]
 DATES, WEEKS = ["date", "datum", "fecha", "utc_date"], ["week", "gps_week", "gpsweek", "gwk", "wn"]
 PARTS = [["year", "yyyy"], ["month", "mon"], ["day"], ["hour", "hh"], ["minute", "min"], ["second", "sec", "ss"]]
+PARTS += [["millisecond", "milliseconds", "millis", "msec", "ms"]]
 NANOSECONDS = {"sec": "nanosec", "secs": "nsecs"}  # how names of two columns of one stamp end, in ROS
 MOST_WRONG = 0.1  # of the rows, which may be broken or lack a time, and are left out
 BLOCK, ROWS = 1 << 22, 65536  # characters and rows that are read at a time
@@ -132,10 +135,15 @@ def _text(path: Path, progress: Progress) -> Table:
     table = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     if len(table) < 2:
         raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
-    table = [(k, _plain(line)) for k, line in lines if k < table[0][0]][-1:] + table  # names may stand in a comment
+    comments = [(k, _plain(line)) for k, line in lines if k < table[0][0]]
+    table = comments[-2:] + table  # of which the last may be names and units
     separator, n_columns = _layout(path, [line for _, line in table[-SAMPLE:]])
     heads, unit_cells, first = _header(path, table, separator, n_columns)
-    begin, is_quoted = table[first][0], any('"' in line for _, line in table[first:][:SAMPLE])
+    begin = table[first][0]
+    above = [(k, _cells(line, separator)) for k, line in lines if k < begin and not line.lstrip().startswith(COMMENTS)]
+    if early := [k for k, row in above if sum(_is_number(cell, separator) for cell in row) > 1]:
+        message = f"numbers in lines {early[0]} to {early[-1]} stand above the head of the {n_columns} columns"
+        remarks.append(f"{message} that are read, and are left out; cut the file below them if they are readings")
     top = [_cells(line, separator) for _, line in table[first:][:200]]
     measured = {k: unit for row in top[::-1] for k, cell in enumerate(row[:n_columns]) if (unit := _unit(cell))}
     unit_cells = [measured.get(k, unit) for k, unit in enumerate(unit_cells)]
@@ -145,9 +153,8 @@ def _text(path: Path, progress: Progress) -> Table:
     options |= {"sep": r"\s+" if separator == " " else separator, "decimal": "." if separator == "," else decimal}
 
     def count(line):
-        if is_quoted or '"' in line:
-            return n_columns if is_quoted else len(_cells(line, separator))
-        return len(line.split()) if separator == " " else line.count(separator) + 1
+        n = len(line.split()) if separator == " " else line.count(separator) + 1
+        return len(_cells(line, separator)) if '"' in line and n != n_columns else n
 
     def blocks():
         n, last, wrong = 0, 0, list[tuple[int, int]]()
@@ -163,12 +170,15 @@ def _text(path: Path, progress: Progress) -> Table:
                     for k in [k for k in measured if frame[k].dtype.kind not in "biuf"]:
                         frame[k] = frame[k].str.replace(rf"(?<=[\d.,]) ?{re.escape(measured[k])}$", "", regex=True)
                     for k in [k for k, head in enumerate(heads) if re.match("(?i)lat|lon|lng", head)]:
+                        if k + 1 < n_columns and frame[k + 1].isin(list("NSEWnsew")).all():
+                            frame[k] = frame[k].astype(str) + frame[k + 1].str.upper()
                         if frame[k].dtype.kind not in "biuf":  # 33.9 S, 151.2 E
                             ahead = frame[k].str.replace(r"(?<=\d) ?[NE]$", "", regex=True)
                             frame[k] = ahead.str.replace(r"^(.*\d) ?[SW]$", r"-\1", regex=True)
                     for k in [k for k in frame if group and frame[k].dtype.kind not in "biuf"]:
                         texts = frame[k].astype(str)
                         is_grouped = texts.str.fullmatch(_GROUPED[group])
+                        is_grouped &= not (~is_grouped & texts.str.contains(rf"\d\{group}\d")).any()  # 5,12 is none
                         frame.loc[is_grouped, k] = texts[is_grouped].str.replace(group, "", regex=False)
                     yield frame
             except pd.errors.ParserError as error:
@@ -263,16 +273,27 @@ def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tu
     rows = [_cells(line, separator) for _, line in lines[:200]]
     rows = [row[:n_columns] if row[n_columns:] == [""] else row for row in rows]  # a separator too many at the end
     whole = [k for k, row in enumerate(rows) if len(row) == n_columns]
-    first = next((k for k in whole if any(_is_number(cell, separator) for cell in rows[k])), None)
+    kinds = {k: [_is_number(cell, separator) for cell in rows[k]] for k in whole}
+    first = next((k for k in whole if any(kinds[k])), None)
     if first is None:
-        raise InputError(f"{path}: no row of {n_columns} columns with numbers is among its first lines", "format")
+        message = f"{path}: no row of {n_columns} columns with numbers, as its last, is among its first lines"
+        raise InputError(f"{message}; cut the file where the columns change", "format")
     sizes = (n_columns, n_columns - (not rows[first][-1]))  # or one that only the rows of numbers have
+    head = next((k for k in whole if k > first and all(rows[k]) and not any(kinds[k])), len(rows))
+    below = next((k for k in whole if k > head and any(kinds[k])), first)
+    first = below if kinds[below] not in [kinds[k] for k in whole if first <= k < head] else first  # than those above
     heads = [[*row, ""][:n_columns] for row in rows[:first] if len(row) in sizes]
     unit_row = [""] * n_columns
-    if len(heads) > 1:
-        filled = [cell for cell in heads[-1] if cell]
-        if sum(cell[0] in "[(" or cell == "-" or units.known(cell) for cell in filled) > len(filled) / 2:
-            unit_row = [cell.strip("[]() ") for cell in heads.pop()]
+    for row in heads[:0:-1]:
+        filled = [cell for cell in row if cell]
+        of_units = (c[0] in "[(" or c in UNITLESS or (units.known(c) and c.lower() not in NAMES) for c in filled)
+        if is_units := 2 * sum(of_units) >= len(filled):
+            unit_row = ["" if cell in UNITLESS else cell.strip("[]() ") for cell in row]
+        elif all(row) or not any(map(all, heads)):
+            break
+        heads.pop()  # of units, or of what was done with each, as loggers of Campbell say
+        if is_units:
+            break
     return heads[-1] if heads else [""] * n_columns, unit_row, first
 
 
@@ -288,7 +309,7 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
 def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clock: Clock) -> tuple[int, ...]:
     """Where the column of times stands, with that of the dates behind it; or those of hours, minutes, .. (PARTS)."""
     places = {head: k for k, head in enumerate(heads)} | {name: k for k, name in enumerate(names)}
-    lower = {re.sub(r"\W+", "_", name.lower()): k for name, k in places.items()}
+    lower, top = {re.sub(r"\W+", "_", name.lower()): k for name, k in places.items()}, cache(lambda: next(frames))
 
     def given(signal: str, key: str) -> int:
         message = f"has no column '{signal}', the {key} of [time]"
@@ -298,17 +319,20 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
     parts = [[lower[name] for name in part if name in lower][:1] for part in PARTS]
     ends = [(name.removesuffix(end) + rest, k) for end, rest in NANOSECONDS.items() for name, k in lower.items()]
     split = {k: lower[name] for name, k in ends if name in lower and lower[name] != k}
-    likely = [name for name in [*TIMES, *stamps.OF_WEEK] if name in lower] + [name for name in lower if "time" in name]
+    likely = [name for name in [*TIMES, *stamps.OF_WEEK] if name in lower]
+    likely += [name for name in lower if re.search("(^|_)time|time(_|$)|stamp|clock", name)]
+    if "t" in lower and not (likely or clock.signal):
+        likely = ["t"] * stamps.may_be_clock(stamps.as_numbers(top()[lower["t"]]))
     if clock.signal is not None:
         time = given(clock.signal, "signal")
     elif likely or split:
         time = lower[likely[0]] if likely else next(iter(split))
-    elif all(parts[-3:]):
+    elif all(parts[3:6]):
         return tuple(k for part in parts for k in part)
     elif found := [lower[name] for name in DATES if name in lower]:
         time = found[0]
     else:
-        frame = next(frames)
+        frame = top()
         if typed := [k for k in frame if frame[k].dtype.kind == "M"]:
             return (typed[0],)
         ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
@@ -328,9 +352,12 @@ def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) ->
     import pandas as pd
 
     stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
+    dates = [one.ffill() for one in dates]  # which may stand in the first row of a day only
     if len(dates) > 1:  # times of the day in columns (PARTS), or dates if all six are there
-        *days, hour, minute, second = (pd.Series(stamps.as_numbers(parts[k])) for k in parts)
-        stamp, dates = pd.to_timedelta(3600 * hour + 60 * minute + second, unit="s"), []
+        numbers = [pd.Series(stamps.as_numbers(parts[k])) for k in parts]
+        rest = 1e-3 * numbers.pop() if names[-1].lower() in PARTS[-1] else 0.0
+        *days, hour, minute, second = numbers
+        stamp, dates = pd.to_timedelta(3600 * hour + 60 * minute + second + rest, unit="s"), []
         if len(days) == 3:
             year, month, day = days
             dated = {"year": year.where(year > 99, year + 2000), "month": month, "day": day}

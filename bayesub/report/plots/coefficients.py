@@ -144,8 +144,7 @@ def _draw_found(panel, one, values, good, limits) -> None:
 def intervals(axis: Axes, rows: np.ndarray, quantiles: np.ndarray, prior: Prior, reference: np.ndarray) -> None:
     """Draw prior band and posterior intervals, a row for each of the parameters at positions `rows` (n,).
 
-    `quantiles` (5, n_params): of the posterior, those of QUANTILES; `reference` (n_coefficients,): values that count as
-    one.
+    `quantiles` (5, n_params): of the posterior, those of QUANTILES; `reference` (n_coefficients,): that count as 1.
     """
 
     def ratio(values):

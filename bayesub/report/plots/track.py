@@ -75,8 +75,7 @@ def draw_actuators(
 ) -> None:
     """The actuators that move: angles in degrees; forces and revolutions as parts of their largest, on the right.
 
-    `actuators`: of the vehicle; `manoeuvre`: says which histories are commands; `times`: (n,) s; `log`: short name ->
-    (n,) history, SI units.
+    `actuators`: of the boat; `manoeuvre`: says what is commanded; `times`: (n,) s; `log`: short name -> (n,), SI units.
     """
     colours = cycle(style.CYCLE)
     histories = [log[manoeuvre.logged(short)] for short in actuators.shorts]
@@ -129,8 +128,7 @@ def draw_fan(
     """The track of draws from the prior and from the posterior, and bands of both of every channel.
 
     `channels`: of the record, in the order of the readings; `prior` and `posterior`: (n_draws, n_readings) noise-free
-    readings of draws, SI units; `tracks`: (n_prior, n_times, 12) and (n_posterior, n_times, 12) states over the ground
-    of some draws.
+    readings of draws, SI units; `tracks`: (n_prior, n_times, 12) and (n_posterior, n_times, 12) states of some draws.
     """
     with style.figure(path, 9.0, max(3.6, 1.25 * len(channels))) as figure:
         axes = figure.subplot_mosaic([["track", c.name] for c in channels], width_ratios=[1.0, 1.15])

@@ -41,8 +41,7 @@ def compare(
     too with `pdf`). With `force` what is there is replaced.
 
     `manoeuvre`: that all shall predict, by default that of the first run, or :data:`USUAL`; `draws`: of each posterior,
-    for predictions. InputError for folders that are no finished runs, too few or too many, and for an output that is
-    not free.
+    for predictions. InputError for no finished runs, too few or too many, and an output that is not free.
     """
     n, most = len(folders), comparison_page.MOST
     if n < 2:

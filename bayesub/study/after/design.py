@@ -279,8 +279,7 @@ def design(
     for bit, and with more minutes a finished one goes on; with `force` what is in the folder is replaced. The executor
     is of the judgements, by default processes of this machine.
 
-    InputError for inputs that do not fit, before a folder is made, and for a folder that is not free; RunInterrupted
-    for Ctrl-C during the search.
+    InputError for unfit inputs, before a folder is made, and a folder in use; RunInterrupted for Ctrl-C.
     """
     began = time.perf_counter()
     if not 0.1 <= request.minutes <= 10_000.0:

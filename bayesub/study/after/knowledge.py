@@ -30,8 +30,7 @@ def coefficients(run: FinishedRun) -> list[int]:
 def known(run: FinishedRun) -> Knowledge:
     """The posterior of the coefficients of a run as a normal distribution, all other parameters integrated out.
 
-    Among them are those that its prior correlates with free ones and that have no part in its trials: what is known of
-    the free ones informs them.
+    Among them are those without part in its trials that its prior correlates with free ones, which inform them.
     """
     places = coefficients(run)
     found = of_draws([run.posterior.names[k] for k in places], run.posterior.draws[:, places])

@@ -51,9 +51,11 @@ def of_log(name: str, path: Path, vehicle: str, data: Path) -> str:
     boat.check_log(log, str(data))
     log, _ = with_commands(with_water(log, boat.actuators.members), boat.actuators)
     plane = _plane(boat, np.nan_to_num(values_of_log(boat.actuators, log, len(log["time"]), str(data))))
-    changing = MOVING.get(plane, log_files.STATES)
     known = [key for key in log_files.HEADERS if key in log and key in QUANTITIES]
     measured = [key for key in known if np.isfinite(log[key]).sum() >= 3]
+    if not any(QUANTITIES[key].changes(MOVING.get(plane, log_files.STATES)) for key in measured):
+        plane = "all"  # what is measured moves in another plane than the controls
+    changing = MOVING.get(plane, log_files.STATES)
     of_use = [key for key in measured if QUANTITIES[key].changes(changing)]
     if not of_use:
         raise InputError(f"{data}: has no column with three readings or more", "data")

@@ -29,8 +29,7 @@ def check(setup: Setup) -> None:
 def fit(setup: Setup, context: RunContext) -> None:
     """Sample the posterior of the others for each trial that has no converged one in the folder.
 
-    A fit that was stopped continues from its checkpoint. Of one that finds no mode, or accepts nothing, progress tells
-    why, and the others go on.
+    A fit that was stopped continues from its checkpoint. Of one without a mode progress tells why; others go on.
     """
     folder, progress = context.folder, context.progress
     (folder / LEFT_OUT).mkdir(exist_ok=True)

@@ -57,8 +57,7 @@ def open_folder(
 ) -> Iterator[dict]:
     """Make the run folder and hold it for this process; gives the content of its ``config.toml``.
 
-    ``config.toml``, what the result depends on, and copies of the files of the study (place in the folder -> file) are
-    in it before any work starts.
+    ``config.toml``, what the result depends on, and copies of the study's files (place in it -> file) are in it first.
 
     With `resume` a run of the same study (but for its stopping rule) by the same sources and versions is continued,
     with `force` an existing run is replaced, which is otherwise refused: its files are removed, and others stay. With

@@ -179,8 +179,7 @@ class ScriptRun:
     def repeat(self, name: str, work: Callable[[int], dict], n: int) -> list[dict]:
         """What `work` returns for 0, 1, .., n - 1, pieces that are independent of each other.
 
-        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.campaign.Lines`); those that are there
-        are not done again.
+        ``<name>.jsonl`` has a line of JSON for each (:class:`bayesub.campaign.campaign.Lines`); those there are kept.
         """
         numbers = {str(k): k for k in range(n)}
         store = Lines(self._place(f"{name}.jsonl"), numbers)

@@ -25,8 +25,7 @@ def write(
 
     ``FIGURES`` of the script is name or pattern -> caption, in the order of the page, ``GLOSSARY`` the equation set
     whose coefficients the page explains, and ``ANSWER`` the answer in a sentence or two, with places for numbers as
-    :func:`bayesub.report.markdown.fill` takes them. Tables are lines of Markdown; `failed` are the sentences of the
-    claims that failed.
+    :func:`bayesub.report.markdown.fill` takes them. Tables are lines of Markdown; `failed`: the claims that failed.
     """
     first, parts, rest = docstring_parts(module.__doc__ or "")
     equations = getattr(module, "GLOSSARY", None)

@@ -66,8 +66,7 @@ _WIDTHS = {
 class PriorSection(Section):
     """The prior of the coefficients: a spread for all, with a relative width by its kind, and what is given of some.
 
-    The kind "vehicle" takes the standard deviations and correlations in the vehicle file; `sd`, if given, is the
-    relative one of the rest.
+    "vehicle" takes standard deviations and correlations of the vehicle file; `sd`, if given, is relative, of the rest.
     """
 
     kind: Literal["relative_normal", "relative_uniform", "relative_log_normal", "relative_hierarchical", "vehicle"]

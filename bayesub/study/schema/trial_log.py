@@ -64,8 +64,7 @@ def read_trial(
     """Read the log of a trial (:mod:`bayesub.logs.log_files`).
 
     The trial begins when every control has its first cell, which is time zero from then on, and ends when the first of
-    them has its last. Controls are joined by straight lines between the cells of each, commands hold until the next;
-    readings outside are left out.
+    them has its last. Lines join the cells of a control, commands hold until the next; readings outside are left out.
 
     The start is unknown: every state of the motion that the readings depend on becomes a nuisance parameter. Its prior
     is `nuisance`, or else a straight line through the readings of the first ship length travelled, at the start and
@@ -266,8 +265,7 @@ def _size(nuisance, name, held=0.0) -> float:
 def _at_zero(channel, window) -> tuple[float, float, float]:
     """Where a straight line through the readings of the first `window` seconds, or the first three, is at the start.
 
-    With its standard error, which counts what the readings are off the line and how far it is drawn back, and its
-    slope.
+    With its standard error, which counts residuals and how far it is drawn back, and its slope.
     """
     n = max(3, np.count_nonzero(channel.times <= window))
     times, values = channel.times[:n], channel.values[:n]

@@ -84,8 +84,7 @@ class TrialKeys(Section):
         """Read the log of the trial; one that is to be simulated is not flown yet, and its record unread.
 
         Nuisance parameters are those of the study and of the trial, `sections` its instruments, and `path` gives the
-        path of a file that the study names. Raises InputError for a file that does not fit and for faults of
-        instruments that read a log.
+        path of a file that the study names. InputError for a file that does not fit and faults of instruments of a log.
         """
         from bayesub.model.manoeuvres import load_manoeuvre
         from bayesub.study.schema.trial_log import Trial, read_trial

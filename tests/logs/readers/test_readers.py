@@ -171,6 +171,38 @@ def test_nmea_past_midnight_and_a_damaged_sentence(tmp_path):
         readers.read("nmea", [path])
 
 
+def positions(days_and_seconds):
+    import pynmea2
+
+    for day, second in days_and_seconds:
+        place = (f"4110.{second:02d}", "N", "00842.0", "W", "3.0", "10.0", f"{day:02d}0521", "", "")
+        yield str(pynmea2.RMC("GP", "RMC", (f"1000{second:02d}.00", "A", *place)))
+
+
+STAMPS = {  # before sentence k -> the seconds between sentences
+    "ms since 1970": lambda k: f"{1_619_863_200_000 + 1000 * k} ",
+    "ms in a tag": lambda k: f"\\c:{1_619_863_200_000 + 1000 * k}*00\\",
+    "a count": lambda k: f"{k // 5} ",
+    "a number of a port": lambda _: "10110 ",
+    "none": lambda _: "",
+}
+
+
+@pytest.mark.parametrize("stamp", STAMPS.values(), ids=STAMPS)
+def test_numbers_before_sentences_are_times_if_they_run_as_those_inside(stamp, tmp_path):
+    lines = [stamp(k) + line for k, line in enumerate(positions((1, k) for k in range(12)))]
+    (tmp_path / "gps.nmea").write_text("\n".join(lines))
+    times = readers.read("nmea", [tmp_path / "gps.nmea"]).signals["GPRMC.latitude"].times
+    np.testing.assert_allclose(times, 1_619_863_200.0 + np.arange(12))
+
+
+def test_nmea_of_several_days(tmp_path):
+    lines = positions((day, k) for day in (1, 3) for k in range(5))
+    (tmp_path / "gps.nmea").write_text("\n".join(lines))
+    times = readers.read("nmea", [tmp_path / "gps.nmea"]).signals["GPRMC.latitude"].times
+    np.testing.assert_allclose(times - times[0], [*range(5), *range(172800, 172805)])
+
+
 def test_messages_of_several_entities_are_kept_apart(tmp_path):
     import imcpy
 
@@ -413,6 +445,58 @@ def test_what_hdf5_has_beside_the_signals_costs_none(tmp_path):
     signals = readers.read("netcdf", [tmp_path / "a.h5"]).signals
     np.testing.assert_array_equal(signals["z"].values, [0.0, 1.0, 0.0, 2.0, -32768.0])
     assert set(signals) == {"z"}
+
+
+def test_links_that_lead_nowhere_and_nothing_of_hdf5(tmp_path):
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["time"], file["z"], file["nothing"] = np.arange(60.0), np.arange(60.0), h5py.Empty("f8")
+        file["gone"], file["other"] = h5py.SoftLink("/nowhere"), h5py.ExternalLink("none.h5", "/z")
+        file["adcp"] = np.arange(480.0).reshape(4, 60, 2)  # the time in the middle
+    signals = readers.read("netcdf", [tmp_path / "a.h5"]).signals
+    assert set(signals) == {"z", *(f"adcp[{k}]" for k in range(8))}
+    np.testing.assert_array_equal(signals["adcp[1]"].values, 1.0 + 2.0 * np.arange(60))
+    np.testing.assert_array_equal(signals["adcp[6]"].values, 360.0 + 2.0 * np.arange(60))
+
+
+def test_what_netcdf_3_has_beside_the_signals_costs_none(tmp_path):
+    """Letters and single numbers, as conventions demand them, and a sign of degrees that is no UTF-8."""
+    from scipy.io import netcdf_file
+
+    with netcdf_file(tmp_path / "a.nc", "w") as file:
+        file.createDimension("time", 6)
+        file.createDimension("letters", 4)
+        for name, unit in (("time", "seconds since 2021-05-01"), ("heading", b"\xb0"), ("z", 3)):
+            variable = file.createVariable(name, "f4", ("time",))
+            variable[:], variable.units = np.arange(6.0), unit
+        file.createVariable("vehicle", "c", ("letters",))[:] = list("auv1")
+        file.createVariable("crs", "i4", ()).data = np.array(1, dtype=">i4")
+    signals = readers.read("netcdf", [tmp_path / "a.nc"]).signals
+    assert {name: signal.unit for name, signal in signals.items()} == {"heading": "°", "z": "3"}
+
+
+def test_a_temperature_of_matlab_is_no_time(tmp_path):
+    from scipy import io
+
+    noise = np.random.default_rng(0).standard_normal(30)
+    io.savemat(tmp_path / "a.mat", {"T": 15.0 + noise, "depth": np.arange(30.0), "time": np.arange(30.0)})
+    signals = readers.read("matlab", [tmp_path / "a.mat"]).signals
+    np.testing.assert_array_equal(signals["depth"].times, np.arange(30.0))
+    np.testing.assert_array_equal(signals["T"].values, 15.0 + noise)
+
+
+def test_a_table_of_matlab_with_words_is_no_timeseries(tmp_path):
+    import pandas as pd
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import matio
+
+        table = pd.DataFrame({"secs": np.arange(6.0), "mode": ["a"] * 6, "depth": np.arange(6.0)})
+        matio.save_to_mat(str(tmp_path / "a.mat"), mdict={"T": table})
+    log = readers.read("matlab", [tmp_path / "a.mat"], is_listed=True)
+    assert 'such as signal = "T.secs"' in log.remarks[-1]
 
 
 def test_dates_and_gaps_of_matlab(tmp_path):

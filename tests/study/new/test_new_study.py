@@ -146,6 +146,13 @@ def test_a_vertical_log_needs_neither_heading_nor_cross_current(tmp_path):
     assert not {"current_east_mps", "yaw0_deg"} & set(names)
 
 
+def test_what_is_measured_beside_controls_that_rest_is_kept(tmp_path):
+    """A depth says something of six degrees of freedom, though planes that rest would leave the horizontal."""
+    rng = np.random.default_rng(2)
+    sensors = sensors_of(tmp_path, x_m=np.full(60, np.nan), depth_m=50.0 + rng.normal(0.0, 0.1, 60))
+    assert set(sensors) == {"depth_m"}
+
+
 @pytest.mark.parametrize(("manoeuvre", "column"), [("horizontal", "x_m"), ("vertical", "x_m")])
 def test_the_noise_that_the_template_advises_is_accepted(tmp_path, manoeuvre, column):
     """Without the hash signs the commented section names a column that the template's sensors read."""
