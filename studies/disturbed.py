@@ -6,7 +6,8 @@ Claim: with histories of forces of a known process 90 % intervals hold 87 to 93 
 prior at any disturbance, no search fails, and they are no wider than with slow noise where that holds the truth. With
 an inferred process they do so too. Of boats that another simulator flies, 90 % intervals with inferred forces hold 85
 to 95 % of the coefficients, and all are sampled until they converge.
-Cost: half an hour on two cores, half of it for histories that are integrated out boat by boat.
+Cost: two and a half hours of a core, most of it for histories that are integrated out boat by boat. The seconds here
+are those of one of two runs at once.
 """
 
 import time

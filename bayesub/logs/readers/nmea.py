@@ -41,7 +41,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
         try:
             message = pynmea2.parse(match["sentence"])
         except (pynmea2.ParseError, ValueError):  # a sum that does not fit, or a field that is no number
-            n_wrong += 1
+            n_wrong += not match["sentence"].startswith("!AI")  # of other ships, in letters of six bits
             continue
         sentences.append((_stamp(match), message))
     if n_lines and not sentences:

@@ -198,9 +198,11 @@ def test_numbers_before_sentences_are_times_if_they_run_as_those_inside(stamp, t
 
 def test_nmea_of_several_days(tmp_path):
     lines = positions((day, k) for day in (1, 3) for k in range(5))
-    (tmp_path / "gps.nmea").write_text("\n".join(lines))
+    other_ship = "!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C"
+    (tmp_path / "gps.nmea").write_text("\n".join([*lines, other_ship]))
     times = readers.read("nmea", [tmp_path / "gps.nmea"]).signals["GPRMC.latitude"].times
     np.testing.assert_allclose(times - times[0], [*range(5), *range(172800, 172805)])
+    assert not readers.read("nmea", [tmp_path / "gps.nmea"]).remarks
 
 
 def test_messages_of_several_entities_are_kept_apart(tmp_path):
