@@ -31,7 +31,7 @@ TRAINED = {"four": FITTED, "all": HSVA}
 SAMPLED, MODE = "four", "posterior mode"  # of all the normal approximation at the mode stands for the posterior
 FORMS = (0.03, FORM, 0.3)  # of the prior, of which one zig-zag at a time is left out
 SENSITIVE = ("05_01", "10_01", "15_01", "10_05")
-N_STARTS, MAX_STEPS, SEED = 3, 6000, 1
+N_STARTS, MAX_ITERATIONS, MAX_STEPS, SEED = 3, 2000, 6000, 1
 FIGURES = {
     "errors": "Errors of heading and track of each unseen run by method, of fits of four zig-zags: no "
     "method is best on all.",
@@ -97,7 +97,8 @@ def left_out(folder, form):
 
 def estimates_of(tanker, names):
     """Method -> estimate of some trials, as JSON types."""
-    sqp = bs.baselines.sqp(tanker.joint(names).naive(), rng=np.random.default_rng(SEED), n_starts=N_STARTS)
+    search = {"rng": np.random.default_rng(SEED), "n_starts": N_STARTS, "max_iterations": MAX_ITERATIONS}
+    sqp = bs.baselines.sqp(tanker.joint(names).naive(), **search)
     made = {"SQP": sqp, "linear least squares": fits.differenced(tanker, names)}
     made |= {"smoothed regression": fits.smoothed(tanker, names), MODE: fits.mode(tanker, names)}
     return {key: estimate.to_json() for key, estimate in made.items()}
