@@ -51,8 +51,7 @@ class Misfit(InputError):
 class Executor(ABC):
     """Does pieces of work.
 
-    A piece is a call of a function that depends on its argument alone: results have the same bits whatever executes
-    the pieces, and in whichever order.
+    A piece is a call of a function that depends on its argument alone: results are the same whatever executes them.
     """
 
     @abstractmethod

@@ -3,8 +3,11 @@
 import importlib
 import os
 import sys
+import tempfile
+import traceback
 import warnings
 from itertools import groupby
+from pathlib import Path
 
 import click
 
@@ -12,7 +15,9 @@ from bayesub.cli.arguments import NamingGroup
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, Remark, one_line
 from bayesub.io.interrupts import interruptible
-from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, accept_all_letters, complain, console
+from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, Ended, accept_all_letters, complain, console
+
+PACKAGE, FAILED = str(Path(__file__).parents[1]), 1
 
 # Command -> its group, the module and the name of its click command, and a line of help. These modules import what they
 # compute with in the function of the command, so that help and completion start at once.
@@ -72,7 +77,11 @@ def main() -> None:
             status = app(prog_name="bayesub", standalone_mode=False)
             if sys.stdout is not None:
                 sys.stdout.flush()
-        sys.exit(status)
+    except Ended:
+        raise
+    except SystemExit as error:
+        text = f"code that the study brings ends Python by sys.exit({error.code!r}); let it return, or raise an error"
+        complain(text, BAD_INPUT)
     except InputError as error:
         complain(str(error), BAD_INPUT)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -92,6 +101,15 @@ def main() -> None:
         complain(one_line(f"{error.filename or 'output'}: cannot be read or written: {reason(error)}"), BAD_INPUT)
     except (KeyboardInterrupt, click.Abort):
         complain("interrupted before anything was done; run the same command again", INTERRUPTED)
+    except Exception as error:  # a fault in the code of a study, or in ours
+        calls = traceback.extract_tb(error.__traceback__)
+        theirs = [call for call in calls if not call.filename.startswith((PACKAGE, sys.prefix, sys.base_prefix, "<"))]
+        place = [*calls[-1:], *theirs][-1]
+        with tempfile.NamedTemporaryFile("w", prefix="bayesub_", suffix=".txt", delete=False, encoding="utf-8") as file:
+            file.write("".join(traceback.format_exception(error)))
+        fault = f"{place.filename}, line {place.lineno}, in {place.name}: {type(error).__name__}: {error}"
+        complain(one_line(f"{fault}; the calls that led there are in {file.name}"), FAILED)
+    sys.exit(status)
 
 
 def _show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:

@@ -62,6 +62,9 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
     console.quiet = as_json
     try:
         with executor_of(dask) as executor:
+            if (source / "config.toml").exists():
+                remedy = f"continue it with: bayesub run STUDY -o {shlex.quote(str(source))} --resume"
+                raise InputError(f"{source}: is a run folder, not a folder of studies; {remedy}", "conflict", "STUDY")
             if source.is_dir():
                 results = _run_folder(source, output or Path("runs"), options, executor, verbose)
             else:
@@ -110,7 +113,7 @@ def _run_folder(source: Path, output: Path, options: dict[str, bool], executor, 
 
 def tell(result: "StudyResult", *, verbose: bool = False) -> None:
     """Say what came of a run; the verdict comes last."""
-    numbers = result.numbers
+    numbers = result.numbers if isinstance(result.numbers, dict) else {}  # of a script they may be anything
     for topic, sentence in result.sentences.items() if verbose else ():
         label = topic.replace("_", " ")
         if "\n" in sentence:  # lines to paste begin a line

@@ -29,8 +29,7 @@ def known_by(boat: Vehicle, path: Path) -> tuple[Knowledge, np.ndarray, list[tup
     """The posterior of n coefficients given a table of captive tests, their prior sds (n,), and words for each axis.
 
     The prior has the sds of the vehicle file, else :data:`SD` of the value: what is zero without an sd is held. Errors
-    of forces have the sds of the column ``<axis>_prime_sd``; without it one is estimated from what least squares leave,
-    as large as Student's t is wide.
+    of forces have the sds of the column ``<axis>_prime_sd``; else of what least squares leave, widened to Student's t.
 
     InputError for a table that cannot be read, or that has too few forces to estimate their errors.
     """

@@ -72,8 +72,7 @@ class Control:
 def controls(vehicle: Vehicle, limits: Limits) -> tuple[Control, ...]:
     """What may be moved on a vehicle: its actuators within the limits, and the propeller if its speed may change.
 
-    An actuator without a limit, be it of the vehicle or of the trial, stays at rest. InputError for a limit of a
-    control that the vehicle does not have.
+    An actuator without a limit, of vehicle or trial, rests. InputError for a limit of a control that is not there.
     """
     members = {m.column: m for m in vehicle.actuators.members if m.short in vehicle.inputs and m.column != RPM}
     given, expected = limits.of_controls, [f"{column}{rate}" for column in members for rate in ("", "ps")]

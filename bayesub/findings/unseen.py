@@ -78,8 +78,7 @@ def leave_one_out(
     """Predict each trial of several from the others, as ``bayesub run --leave-out`` does.
 
     What the others do not tell of a trial, such as start and current, comes from its warm-up, after which it is judged;
-    coefficients that no other trial has free come from their prior. InputError for one trial, and for a trial that is
-    too short to be judged after its warm-up.
+    coefficients that no other trial has free come from their prior. InputError for one trial, or one that is too short.
 
     Parameters
     ----------
@@ -198,8 +197,7 @@ def mean_ratio(first: Mapping[str, float], second: Mapping[str, float]) -> float
 def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str, str]:
     """The sentence on prediction, by topic: about what was predicted, or that nothing was.
 
-    `trials`: of :func:`numbers`; `n_logs`: number of logs among the fitted trials; simulated ones need no
-    sentence; `n_trials`: number of fitted trials.
+    `trials`: of :func:`numbers`; `n_logs` of the `n_trials` fitted trials are logs; simulated ones need no sentence.
     """
     if trials:
         text = " ".join(trial["sentence"] for trial in sorted(trials, key=lambda trial: trial["predicts"]))

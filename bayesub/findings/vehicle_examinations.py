@@ -83,8 +83,7 @@ def stability_indices(vehicle: Vehicle) -> dict[str, float | None]:
 def growth(vehicle: Vehicle) -> float:
     """Growth of the least stable small motion about straight flight, per ship length travelled; negative is stable.
 
-    The largest real part among the eigenvalues of u v w p q r, roll and pitch, righting moment included; of u v r for
-    equations of three degrees of freedom.
+    The largest real part of eigenvalues of u v w p q r, roll and pitch, righting moment included; of u v r in a plane.
     """
     names = ("phi", "theta", *VELOCITIES) if vehicle.equations.degrees_of_freedom == 6 else ("u", "v", "r")
     (matrix,) = motion_matrix(Boats(vehicle, vehicle.xi[None]), None, names)

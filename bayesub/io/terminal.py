@@ -74,11 +74,15 @@ def say_rows(rows: Iterable[Sequence[str]], indent: str = "  ") -> None:
         say(line)
 
 
+class Ended(SystemExit):
+    """The end of a command by its own decision, and not by that of code which a study brings."""
+
+
 def complain(sentence: str, status: int) -> NoReturn:
     """One line on standard error, and the end."""
     with contextlib.suppress(OSError):  # a full one
         print(f"bayesub: {printable(sentence)}", file=sys.stderr, flush=True)
-    sys.exit(status)
+    raise Ended(status)
 
 
 def duration(seconds: float) -> str:

@@ -116,8 +116,7 @@ def jit(function: Callable | None = None, *, threads: bool = False, exact: bool 
 
     Its machine code is its own: of what it calls, loops are compiled and kept by themselves, so that each is compiled
     once and is the same whoever compiled it; and :data:`inline` and :data:`spliced` functions are part of it. With
-    `threads` its ``prange`` is shared among them; if it is `exact` each product and each sum is rounded, also where the
-    processor could do both at once.
+    `threads` its ``prange`` is shared among them; if it is `exact` products and sums are rounded one by one.
     """
     if function is None:
         return functools.partial(jit, threads=threads, exact=exact)

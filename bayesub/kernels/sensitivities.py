@@ -388,8 +388,7 @@ def sensitivities(
     (n_body,) are the positions of the body parameters in the body vector. `sources` (n,) say whose force a column has:
     coefficient k as k, axis a of body parameter m as n_terms + 6 m + a, and after these the slots. It is multiplied by
     `factors` (n,) and acts along `axes` (n,), 0 .. 5. Sensitivities at the start, and at each of the restarts, are
-    `initial` (n, N_STATES), and `restarts` (n_restarts,) are ascending numbers of steps. The rest is as for
-    :func:`bayesub.kernels.integrate.integrate`.
+    `initial` (n, N_STATES), and `restarts` (n_restarts,) are ascending steps. The rest is as for :func:`integrate`.
     """
     coefficients, body, history, stages, times, factors = map(
         plain, (coefficients, body, history, stages, times, factors)

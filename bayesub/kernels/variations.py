@@ -10,8 +10,7 @@ from bayesub.kernels.memory import plain
 class Variations(NamedTuple):
     """What a unit of each of n changes adds to the controls at the stages of the steps.
 
-    The start, middle and end of step i are the stages 3 i, 3 i + 1 and 3 i + 2. Entries from ``starts[s]`` to
-    ``starts[s + 1]`` are those of stage s.
+    Start, middle and end of step i are stages 3 i, 3 i + 1 and 3 i + 2; ``starts[s]`` to ``starts[s + 1]`` is stage s.
     """
 
     starts: np.ndarray  # (n_stages + 1,)

@@ -53,8 +53,7 @@ class Boats:
         """States (n, n_times, 12) of a manoeuvre, SI units and radians; not a number from the failure of a boat on.
 
         The manoeuvre is loaded for the vehicle; the motion is confined to its plane, if it has one. `times` (n_times,)
-        are within it, s; the integration step `dt` (s) is by default that of the simulator, and the states at the start
-        `initial` (n, 12) those of the manoeuvre.
+        are within it, s; the step `dt` (s) is by default the simulator's, and `initial` (n, 12) the manoeuvre's.
         """
         plane = manoeuvre.subproblem
         varied = self.varied(plane)

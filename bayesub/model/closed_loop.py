@@ -27,8 +27,7 @@ class Flight:
     Between samples (`sample` s apart) the planes move linearly and the integrator takes one step, so that flying the
     recorded history again with a step of one sample gives the same track. It begins with a state (12,). Of the `inputs`
     (n + 1, n_actuators) to the actuators, SI units, those that are not ordered stay as they are, the others are
-    overwritten. The orders `fixed` are given whatever the motion, and `inputs` are the answer to them; `source` says in
-    errors whose orders these are.
+    overwritten. The orders `fixed` are given, and `inputs` are the answer to them; `source` names them in errors.
     """
 
     def __init__(

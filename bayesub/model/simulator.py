@@ -306,8 +306,7 @@ class Simulator:
         6). The set is (n_terms,); `parameters` are names of coefficients (non-dimensional), of entries of the body
         vector (SI units; b1 .. b9 non-dimensional; mass, weight and buoyancy are three numbers), of states at the
         start, such as "u0", of what is unknown of actuators, such as "bias_rudder_deg", or of forces at the knots. The
-        others are as of :meth:`run`, of one member. Returned are (n_times, n_outputs, n_parameters), not a number from
-        the failure of the simulation on.
+        others are as of :meth:`run`, of one member. Returns (n_times, n_outputs, n_parameters), nan from a failure on.
         """
         flight = self._flight(xi, body, initial, amounts)
         parameters = tuple(parameters)

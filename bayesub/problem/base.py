@@ -138,8 +138,7 @@ class Costs:
 class PosteriorDensity(Viewed):
     """The posterior density of free coefficients and nuisance parameters, as inference sees it.
 
-    It is all that :mod:`bayesub.inference.interface` names. A subclass says what its channels
-    contribute, which trials it is made of and what it has cost.
+    It is all of :mod:`bayesub.inference.interface`. A subclass says what channels contribute, its trials, its cost.
     """
 
     names: tuple[str, ...]  # the n_params free coefficients and after them the nuisance parameters

@@ -5,8 +5,7 @@
 - ``lever_dvl_x_m``, ``_y_m``, ``_z_m``: where the instrument is, ahead, to starboard and down from the body origin
   (:attr:`bayesub.sensors.Sensor.lever_arm_m`).
 
-An instrument is what has one clock and one place, whatever its channels. The parameters are the whole offset and arm,
-in place of what the sensors say.
+An instrument has one clock and one place. The parameters are the whole offset and arm, instead of what sensors say.
 """
 
 from collections.abc import Sequence

@@ -102,8 +102,7 @@ class Noise:
         """(n_batch,) minus twice the log density less that of predictions that equal the readings.
 
         The latter has the attributes of the model itself, and if it has no bound nothing is taken off. Residuals
-        (n_batch, n) are those of the predictions. `members` is the noise of the members (:meth:`of_members`), the model
-        itself if nothing of it is inferred.
+        (n_batch, n) are those of the predictions. `members` is that of the members (:meth:`of_members`) or the model.
         """
         if self.is_normal and members is self:
             return np.einsum("ij,ij->i", residuals, residuals)

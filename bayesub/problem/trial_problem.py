@@ -238,8 +238,7 @@ class TrialProblem(FlownTrial):
     def misfit(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (n_batch, n_rows) and deviances (n_batch,), infinite where the simulation failed.
 
-        A deviance is the sum over the channels of :meth:`bayesub.problem.noise.Noise.deviance`: the sum of squared
-        residuals where the noise is normal and known.
+        A deviance is the sum of :meth:`bayesub.problem.noise.Noise.deviance`, squared residuals if noise is known.
         """
         predicted, values = self._both(parameters, predicted)
         residuals = self.likelihood.residuals(predicted, values)

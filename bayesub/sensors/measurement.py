@@ -153,8 +153,7 @@ class MeasurementModel:
         a boat went between two readings. Residuals of such headings are therefore those modulo one turn. A prediction
         within half a turn of its reading stays the same to the last bit.
 
-        `predicted` (n_batch, n_readings): what the sensors would read, bias included, not a number where there is no
-        prediction; `readings` (n_readings,).
+        `predicted` (n_batch, n_readings): what sensors would read, bias included, or nan; `readings` (n_readings,).
         """
         for part in self._wrapped:
             predicted[:, part] -= TURN * np.round((predicted[:, part] - readings[part]) / TURN)

@@ -64,8 +64,7 @@ class Scaled:
 def scaled(systems: Mapping[str, LinearForm], guess: dict[str, float], held: Iterable[str] = ()) -> list[Scaled]:
     """Each axis of the linear form with the coefficients named in `held` kept at their guess.
 
-    Solving for the difference from a guess loses fewer digits than solving for the coefficients. Axes all of whose
-    coefficients are held are left out.
+    Solving for the difference from a guess loses fewer digits. Axes all of whose coefficients are held are left out.
     """
     forms = []
     for system in systems.values():

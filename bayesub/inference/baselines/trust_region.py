@@ -33,8 +33,7 @@ def trust_region(
 
     `bounds` are half the width of the bounds in the unknowns, `max_iterations` are evaluations of each search, and the
     other arguments are as of sqp. The best solution is the first; the cost is the sum of squared residuals. The
-    covariance is ``(J'J)^-1`` at the best solution. It is None where the problem has null directions, which is not left
-    to the error of J, or J lacks rank.
+    covariance is ``(J'J)^-1`` at the best solution. It is None where the problem has null directions, or J lacks rank.
     """
     unknowns = Normalised(problem, informed)
     limits = (-np.inf, np.inf) if bounds is None else (1.0 - bounds, 1.0 + bounds)

@@ -7,8 +7,7 @@ the posterior. So every contracted direction w of the posterior has a standard n
     z = w.m / sqrt(w.(1 - V) w),
 
 and their squares together are chi-square (the prior-predictive check of Evans and Moshonov 2006, in closed form). For
-a single coefficient the same z compares its prior with what everything but this prior says of it (the conflict measure
-of Marshall and Spiegelhalter 2007).
+one coefficient the same z compares its prior with what all else says of it (Marshall and Spiegelhalter 2007).
 
 *Sensitivity.* The posterior is ``prior^a likelihood`` or ``prior likelihood^a`` with a power a of one. Draws are
 weighted as if it were one per cent more or less, and the sensitivity of a parameter is how fast its distribution

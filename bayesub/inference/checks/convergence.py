@@ -10,8 +10,7 @@ emcee's autocorrelation time normalises each walker before it averages, which fa
 
 A log likelihood that jumps from place to place holds walkers. Cross-flow forces with sg(v) and sg(w) jump where a
 velocity changes its sign. The integrator sees the sign at the ends and in the middle of its steps only, so that a
-change of parameters by which a sign comes a step later moves all later readings at once. What the log likelihood jumps
-by is proportional to the step.
+change by which a sign comes a step later moves all later readings. The log likelihood jumps in proportion to the step.
 """
 
 import numpy as np

@@ -72,8 +72,7 @@ def posterior_normality(posterior: Any) -> Normality:
 def normality(names: Sequence[str], draws: np.ndarray, scale: np.ndarray, ess: float) -> Normality:
     """Compare draws (n_draws, n_params) with normal distributions of the same mean and covariance.
 
-    Principal directions are taken in units of `scale` (n_params,), prior standard deviations; `ess` is the number of
-    independent draws that they are worth.
+    Principal directions are in units of `scale` (n_params,), prior standard deviations; `ess` is the effective number.
     """
     scaled = (draws - draws.mean(axis=0)) / scale
     _, directions = np.linalg.eigh(np.atleast_2d(np.cov(scaled.T)))

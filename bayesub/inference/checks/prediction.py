@@ -119,8 +119,7 @@ class Prediction:
         """Channel -> (1 + n,) size of the errors of the log, and of n replicated ones, among replicated ones.
 
         The size is the mean of |error| over the half-width of the 90 % band, or over the sd of the noise where
-        rounding makes most replicates the same. The first half of the draws makes bands, and mean and sd of the sizes;
-        the others are replicates of the log.
+        rounding makes most replicates the same. The first half of draws makes bands and sizes, the others replicates.
         """
         half = len(self.predicted) // 2
         low, high = band(self.replicated[:half], 0.9)

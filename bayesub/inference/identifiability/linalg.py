@@ -52,8 +52,7 @@ def null_basis(names: Sequence[str], vectors: Sequence[Mapping[str, float]], sca
     """Orthonormal basis (n_null, n_params) of a null space in scaled coordinates ``t = parameters / scale``.
 
     The null vectors are dicts of name -> change, independent of each other. The basis is exactly zero in every column
-    that no vector names. Raises ValueError for a name that is not among `names` (n_params,): the null space of more
-    coefficients is not that of fewer.
+    that no vector names. ValueError for one not among `names` (n_params,): more have another null space.
     """
     place = {name: k for k, name in enumerate(names)}
     matrix = np.zeros((len(vectors), len(names)))

@@ -226,8 +226,7 @@ def learn(
     """Find the active directions, straighten the geometry in place and fit a surrogate of the problem.
 
     The geometry is whitened at the mode of the problem. An `adapt` changes the problem by parameters (n, n_params)
-    that are draws of what is known by then; then a normal surrogate may do. With the surrogate come draws of it,
-    (n, n_params) in sampling coordinates.
+    that are draws of what is known by then; then a normal surrogate may do. With it come draws (n, n_params).
     """
     if adapt is not None:
         adapt(geometry.parameters(geometry.draws(rng, _WALKERS)))
