@@ -39,6 +39,7 @@ GLANCE = {
 def told(request, tmp_path, monkeypatch, capsys):
     """Tells the result of a run at a width; gives the lines."""
     monkeypatch.setattr(terminal.console, "width", request.param)
+    monkeypatch.setattr(terminal.console, "quiet", False)  # whatever command ran before
     sentences = {"fit": MISFIT, "lines_to_add": "[nuisance]\nbias_x_m = 1"}
     result = StudyResult("quickstart", "What?", FITS, str(tmp_path / "run"), 34.0, sentences=sentences)
 
