@@ -352,7 +352,6 @@ def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) ->
     import pandas as pd
 
     stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
-    dates = [one.ffill() for one in dates]  # which may stand in the first row of a day only
     if len(dates) > 1:  # times of the day in columns (PARTS), or dates if all six are there
         numbers = [pd.Series(stamps.as_numbers(parts[k])) for k in parts]
         rest = 1e-3 * numbers.pop() if names[-1].lower() in PARTS[-1] else 0.0
@@ -364,6 +363,7 @@ def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) ->
             stamp = pd.to_datetime(dated, errors="coerce") + stamp
     if names[-1].lower().endswith(tuple(NANOSECONDS.values())):
         stamp, dates = pd.Series(stamps.as_numbers(stamp) + 1e-9 * stamps.as_numbers(dates[0])), []
+    dates = [one.ffill() for one in dates]  # which may stand in the first row of a day only
     times, remark = stamps.seconds(stamp, clock, unit, names[0], *dates)
     remarks, wrong = [remark] if remark else [], np.flatnonzero(~np.isfinite(times))
     if len(wrong):

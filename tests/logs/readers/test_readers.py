@@ -675,12 +675,13 @@ def test_what_is_packed_is_to_be_unpacked(begin, remedy, tmp_path):
 
 
 @pytest.mark.parametrize("void", ["ERR", "---", "NaN", ""])
+@pytest.mark.parametrize("place", [0, 1])
 @pytest.mark.parametrize("head", ["hour,minute,second", "secs,nsecs,mode", "year,month,day,hour,minute,second"])
-def test_void_cells_among_the_parts_of_times(head, void, tmp_path):
+def test_void_cells_among_the_parts_of_times(head, place, void, tmp_path):
     names = head.split(",")
     cells = [dict(zip(names, [2026, 5, 1, 0, 0, k][-len(names) :], strict=True)) for k in range(20)]
     cells = [row | {"secs": k, "nsecs": 500_000_000, "mode": 1} for k, row in enumerate(cells)]
-    cells[7][names[0]] = void
+    cells[7][names[place]] = void
     rows = [",".join(str(row[name]) for name in names) + f",{k}" for k, row in enumerate(cells)]
     (tmp_path / "t.csv").write_text("\n".join([f"{head},yaw_deg", *rows]))
     signal = readers.read("csv", [tmp_path / "t.csv"]).signals["yaw_deg"]
