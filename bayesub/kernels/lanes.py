@@ -123,8 +123,7 @@ class Rows:
 class _Writer:
     """The text of a function of LLVM, for vectors of `width` lanes, in a loop over the LANES of a block.
 
-    The width is 2, 4 or 8, how many numbers the processor takes at once; with `typed_pointers` they are written as of
-    LLVM 15, with what they point to.
+    The width, 2, 4 or 8, is how many numbers the processor takes at once; `typed_pointers` are those of LLVM 15.
     """
 
     def __init__(self, width: int, typed_pointers: bool):

@@ -2,8 +2,7 @@
 
 A mean and a covariance are all of a posterior that a normal prior of the next trial takes up. What they leave out is
 seen in draws: by the skewness of each parameter and by the distance of its quantiles from those of a normal with the
-same mean and standard deviation. The same of the principal directions of the covariance sees what bends between
-parameters that are each normal.
+same mean and standard deviation. That of principal directions of the covariance sees what bends between normal ones.
 """
 
 from collections.abc import Sequence

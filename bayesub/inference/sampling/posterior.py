@@ -253,8 +253,7 @@ class Posterior(Convergence, Displayed):
     def summary(self) -> "pd.DataFrame":
         """A table with a row for each parameter, the units of nuisance parameters in their names.
 
-        The columns are `mean`, `sd`, the quantiles `q5`, `median` and `q95`, `contraction` (posterior sd over prior
-        sd), `rhat`, `bulk_ess` and `tail_ess`.
+        `mean`, `sd`, `q5`, `median`, `q95`, `contraction` (posterior sd over prior sd), `rhat`, `bulk_ess`, `tail_ess`.
         """
         import pandas as pd  # slow to import, and of use here only
 

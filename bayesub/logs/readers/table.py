@@ -1,5 +1,6 @@
 """Tables, as Parquet or in text of any separator, names and units, decimal points or commas and times."""
 
+import csv
 import io
 import re
 from collections import Counter
@@ -37,6 +38,7 @@ WINDOWS |= {0x2212: "-"}  # the minus of spreadsheets
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 _MEASURE = re.compile(rf"{_NUMBER.pattern} ?(?![NSEW]$)(?P<unit>[^\d\s].*)")  # letters alone are sides of the world
+_ARC = re.compile(r"""(\d+)[°:d ]+([\d.]+)['′:m ]*(?:([\d.]+)["″s]*)?$""")  # degrees, minutes, and seconds or none
 # What groups digits -> numbers in which it does: 1,234 and 1,234,567.8, or 1.234 and 1.234.567,8.
 _GROUPED = {m: re.compile(rf"[-+]?[1-9]\d{{0,2}}(\{m}\d{{3}})+(\{d}\d+)?") for m, d in (",.", ".,")}
 
@@ -173,8 +175,9 @@ def _text(path: Path, progress: Progress) -> Table:
                         if k + 1 < n_columns and frame[k + 1].isin(list("NSEWnsew")).all():
                             frame[k] = frame[k].astype(str) + frame[k + 1].str.upper()
                         if frame[k].dtype.kind not in "biuf":  # 33.9 S, 151.2 E
-                            ahead = frame[k].str.replace(r"(?<=\d) ?[NE]$", "", regex=True)
-                            frame[k] = ahead.str.replace(r"^(.*\d) ?[SW]$", r"-\1", regex=True)
+                            ahead = frame[k].str.replace(r"(?<=[\d'′\"″]) ?[NE]$", "", regex=True)
+                            signed = ahead.str.replace(r"^(.*[\d'′\"″]) ?[SW]$", r"-\1", regex=True)
+                            frame[k] = signed.str.replace(_ARC, _degrees, regex=True)
                     for k in [k for k in frame if group and frame[k].dtype.kind not in "biuf"]:
                         texts = frame[k].astype(str)
                         is_grouped = texts.str.fullmatch(_GROUPED[group])
@@ -227,9 +230,8 @@ def _plain(text: str) -> str:
 
 
 def _cells(line: str, separator: str) -> list[str]:
-    quoted = [line] if line.count('"') % 2 else line.split('"')  # every other part
-    line = "".join(part.replace(separator, "\0") if k % 2 else part for k, part in enumerate(quoted))
-    return [part.strip().strip('"').replace("\0", separator) for part in line.split(separator.strip(" ") or None)]
+    rows = csv.reader([line.strip(" ")], delimiter=separator, skipinitialspace=True)
+    return [cell.strip() for cell in next(rows, [])]
 
 
 def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
@@ -250,6 +252,10 @@ def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
 def _is_number(cell: str, separator: str) -> bool:
     number = _NUMBER.fullmatch(re.sub(stamps.THOUSANDS, "", cell))
     return (number is not None or _unit(cell) != "") and not (separator == "," and "," in cell)
+
+
+def _degrees(match: re.Match) -> str:
+    return f"{float(match[1]) + float(match[2]) / 60.0 + float(match[3] or 0.0) / 3600.0:.9f}"
 
 
 def _unit(cell: str) -> str:

@@ -63,8 +63,7 @@ def draw_states(
     """A row for each state: its bands, and these less the median of one of `drawn`; the orders below.
 
     `drawn`: what lies on top last; `of`: label of the one from whose median differences are; `states`: short names;
-    `manoeuvre` and `actuators`: whose orders are drawn; `warm_up`: s; shaded, and what is uncertain there is no reason
-    for the range of differences.
+    `manoeuvre` and `actuators`: whose orders are drawn; `warm_up`: s; shaded, and left out of the range of differences.
     """
     base = next(one.motion for one in drawn if one.label == of)
     with style.figure(path, 9.0, 1.6 + 1.25 * (len(states) + 1)) as figure:

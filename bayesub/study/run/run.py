@@ -153,8 +153,7 @@ def run_unless_done(
 ) -> tuple[StudyResult, str]:
     """The result of one of many studies, and what to say of it if it was not run now, or failed.
 
-    A run that is done is not done again, one that is stale is, and one that was interrupted is continued. The options
-    are those of :func:`run`, and ``quick``.
+    A run that is done is kept, a stale one done again, an interrupted one continued. Options: :func:`run`'s, ``quick``.
     """
     try:
         return _run_unless_done(file, folder, options, progress, executor)

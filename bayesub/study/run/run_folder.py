@@ -64,8 +64,7 @@ def open_folder(
     `keep_stale` a run is resumed although sources or versions differ; ``config.toml`` keeps those by which it was
     begun, and the time, so that it stays stale.
 
-    InputError for a run that cannot be resumed, with the first difference, or that is copied from or `read`, and for a
-    folder that is not free.
+    InputError for a run that cannot be resumed, with the first difference, is copied or `read`, and a folder in use.
     """
     saved = saved_config(folder)
     lost = {(folder / name).resolve() for name in (_written(folder, saved) if saved and not resume else ())}

@@ -128,6 +128,19 @@ def test_sides_of_the_world_in_columns_of_their_own(case, tmp_path):
     np.testing.assert_allclose(log.signals["lon"].values, -151.2 - np.arange(12) / 1000)
 
 
+@pytest.mark.parametrize("form", ["{d}°{m}'{s}", "{d:03d}°{m}′ {s}", "{d}:{m}{s}"])
+def test_places_in_degrees_and_minutes(form, tmp_path):
+    """Minutes with decimals, or with seconds."""
+    minutes = [f"{20 + k / 8:06.3f}" for k in range(12)]
+    row = lambda k: f"{k},{form.format(d=33, m=minutes[k], s='S')},{form.format(d=18, m=minutes[k], s='E')}"  # noqa: E731
+    log = read(tmp_path, "time,lat,lon\n" + rows(row))
+    np.testing.assert_allclose(log.signals["lat"].values, -33 - (20 + np.arange(12) / 8) / 60, atol=1e-8)
+    np.testing.assert_allclose(log.signals["lon"].values, 18 + (20 + np.arange(12) / 8) / 60, atol=1e-8)
+    log = read(tmp_path, "time,lat,lon\n" + rows(lambda k: f"{k},33°20'{k}\"S,018°20'{k}\"W"))
+    np.testing.assert_allclose(log.signals["lat"].values, -33 - 20 / 60 - np.arange(12) / 3600, atol=1e-8)
+    np.testing.assert_allclose(log.signals["lon"].values, -18 - 20 / 60 - np.arange(12) / 3600, atol=1e-8)
+
+
 def test_a_boat_is_told_apart_behind_hundreds_of_flags(tmp_path):
     """Of columns that may tell boats apart those of text are first, and twenty are looked at."""
     rng, n = np.random.default_rng(0), 400
