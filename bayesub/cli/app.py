@@ -12,13 +12,13 @@ from pathlib import Path
 import click
 
 from bayesub.cli.arguments import NamingGroup
+from bayesub.findings.verdicts import FAILED, STATUS
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, Remark, one_line
 from bayesub.io.interrupts import interruptible
 from bayesub.io.terminal import BAD_INPUT, INTERRUPTED, Ended, accept_all_letters, complain, console
 
-PACKAGE, FAILED = str(Path(__file__).parents[1]), 1
-
+PACKAGE = Path(__file__).parents[1]
 # Command -> its group, the module and the name of its click command, and a line of help. These modules import what they
 # compute with in the function of the command, so that help and completion start at once.
 COMMANDS = {
@@ -102,14 +102,18 @@ def main() -> None:
     except (KeyboardInterrupt, click.Abort):
         complain("interrupted before anything was done; run the same command again", INTERRUPTED)
     except Exception as error:  # a fault in the code of a study, or in ours
-        calls = traceback.extract_tb(error.__traceback__)
-        theirs = [call for call in calls if not call.filename.startswith((PACKAGE, sys.prefix, sys.base_prefix, "<"))]
-        place = [*calls[-1:], *theirs][-1]
-        with tempfile.NamedTemporaryFile("w", prefix="bayesub_", suffix=".txt", delete=False, encoding="utf-8") as file:
-            file.write("".join(traceback.format_exception(error)))
-        fault = f"{place.filename}, line {place.lineno}, in {place.name}: {type(error).__name__}: {error}"
-        complain(one_line(f"{fault}; the calls that led there are in {file.name}"), FAILED)
+        complain(_fault(error), STATUS[FAILED])
     sys.exit(status)
+
+
+def _fault(error: Exception) -> str:
+    """Where it happened, in the code of a study if that took part, what it is, and the file of the traceback."""
+    calls, others = traceback.extract_tb(error.__traceback__), (str(PACKAGE), sys.prefix, sys.base_prefix, "<")
+    place = [*calls[-1:], *(call for call in calls if not call.filename.startswith(others))][-1]
+    with tempfile.NamedTemporaryFile("w", prefix="bayesub_", suffix=".txt", delete=False, encoding="utf-8") as file:
+        file.write("".join(traceback.format_exception(error)))
+    fault = f"{type(error).__name__}: {error}; the calls that led there are in {file.name}"
+    return one_line(f"{place.filename}, line {place.lineno}, in {place.name}: {fault}")
 
 
 def _show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:

@@ -59,12 +59,12 @@ def run(source: Path, output: Path | None, as_json: bool, dask: str, verbose: bo
 
     if options["force"] and (options["resume"] or options["keep_stale"]):
         raise InputError("--force excludes --resume and --keep-stale", "conflict", "--force")
+    if (source / "config.toml").exists():
+        remedy = f"continue it with: bayesub run STUDY -o {shlex.quote(str(source))} --resume"
+        raise InputError(f"{source}: is a run folder, not a folder of studies; {remedy}", "conflict", "STUDY")
     console.quiet = as_json
     try:
         with executor_of(dask) as executor:
-            if (source / "config.toml").exists():
-                remedy = f"continue it with: bayesub run STUDY -o {shlex.quote(str(source))} --resume"
-                raise InputError(f"{source}: is a run folder, not a folder of studies; {remedy}", "conflict", "STUDY")
             if source.is_dir():
                 results = _run_folder(source, output or Path("runs"), options, executor, verbose)
             else:

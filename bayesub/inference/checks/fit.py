@@ -65,8 +65,7 @@ class Check:
     def faults(self) -> tuple[str, ...]:
         """What is wrong, of "correlated", "outliers", "large", "small" and "shape", gravest first; empty if nothing.
 
-        Residuals that are too large count as outliers if most are not, or if noise as large as most would not have so
-        many beyond three (Poisson).
+        Large residuals are outliers if most are not, or noise as large as most had not so many beyond three (Poisson).
         """
         failed, faults = self.failed, []
         if any(name in failed for name in CORRELATED):

@@ -61,8 +61,7 @@ def open_folder(
 
     With `resume` a run of the same study (but for its stopping rule) by the same sources and versions is continued,
     with `force` an existing run is replaced, which is otherwise refused: its files are removed, and others stay. With
-    `keep_stale` a run is resumed although sources or versions differ; ``config.toml`` keeps those by which it was
-    begun, and the time, so that it stays stale.
+    `keep_stale` a run is resumed although sources or versions differ; ``config.toml`` keeps the first: it is stale.
 
     InputError for a run that cannot be resumed, with the first difference, is copied or `read`, and a folder in use.
     """

@@ -62,8 +62,7 @@ class DesignFile(Section):
         """The judge of manoeuvres of a vehicle; InputErrors begin with the file.
 
         `family`: of the trial, for its sub-problem and duration; `typical`: of which shares of the forces of the hull
-        are taken, and the integration step; `source`: the file, from whose folder it names others; `free`: the
-        coefficients to infer, if the file does not say.
+        are taken, and the step; `source`: the file, from whose folder paths count; `free`: what to infer, unless said.
         """
         with error_source("" if source is None else str(source)):
             folder = Path() if source is None else source.parent
