@@ -136,10 +136,10 @@ def write_arrays(file: Path, arrays: "Mapping[str, np.ndarray]") -> None:
 
 
 def as_json(content: Any, source: str) -> str:
-    """JSON of what a script returns; TypeError names what is no JSON type."""
+    """JSON of what a script returns, numbers of NumPy among it; TypeError names what is no JSON type."""
     try:
-        return json.dumps(content)
-    except (TypeError, ValueError) as error:
+        return json.dumps(content, default=lambda one: one.tolist())
+    except (TypeError, ValueError, AttributeError) as error:
         raise TypeError(f"{source} must return JSON types: {error}") from None
 
 

@@ -104,11 +104,9 @@ def check(problem: AnyProblem, title: str) -> DataCard:
         with np.errstate(over="ignore", invalid="ignore"):
             size = np.sum(whitened**2)
         if not np.isfinite(size):
-            raise InputError(
-                f"{title}: the boat of the prior centre does not complete the trial, or a sensor has an sd of next to "
-                "nothing; check the vehicle and the sensors",
-                "model",
-            )
+            text = f"{title}: the boat of the prior centre does not complete the trial, or a sensor has an sd of next "
+            text += "to nothing; check the vehicle and the sensors"
+            raise InputError(text, "model")
         rows.append(whitened)
         durations[trial] = part.manoeuvre.duration
         for channel in part.record.channels:

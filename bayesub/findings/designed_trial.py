@@ -10,7 +10,7 @@ from bayesub.design import worth
 from bayesub.design.families import Family
 from bayesub.design.information import SHARES, Information
 from bayesub.design.judge import Judge
-from bayesub.design.limits import Range
+from bayesub.design.limits import Margin, Range
 from bayesub.design.plan import Plan
 from bayesub.design.prescription import TANK_SD, Asked, further_instruments
 from bayesub.design.search import Found
@@ -210,19 +210,7 @@ def numbers(design: DesignedTrial) -> dict:
         ],
         "coefficients": _coefficients(design),
         "orders": _orders(design),
-        "margins": [
-            [
-                {
-                    "limit": margin.key,
-                    "value": margin.limit,
-                    "reached": float(margin.reached[0]),
-                    "excess": float(margin.excess[0]),
-                    "share_of_boats_within": margin.share_within,
-                }
-                for margin in margins
-            ]
-            for margins in design.margins
-        ],
+        "margins": [[_margin(one) for one in margins] for margins in design.margins],
         "out_of_reach": [dict(vector) for vector in design.structural.vectors],
         "ranks": {axis: rank.summary() for axis, rank in design.unique.ranks.items()},
         "families": list(design.plan.families),
@@ -232,6 +220,11 @@ def numbers(design: DesignedTrial) -> dict:
         },
     }
     return finite(content)
+
+
+def _margin(one: Margin) -> dict:
+    reached = {"reached": float(one.reached[0]), "excess": float(one.excess[0])}
+    return {"limit": one.key, "value": one.limit} | reached | {"share_of_boats_within": one.share_within}
 
 
 def _orders(design: DesignedTrial) -> list[dict]:

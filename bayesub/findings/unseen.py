@@ -19,6 +19,7 @@ from bayesub.inference.checks.prediction import (
 )
 from bayesub.inference.sampling import Posterior
 from bayesub.io import templates
+from bayesub.io.arguments import checked
 from bayesub.io.words import with_unit
 from bayesub.logs import log_files
 from bayesub.problem.joint import JointProblem
@@ -68,6 +69,7 @@ def predicted_trial(
     return TrialPrediction(trial, predictions, posterior.converged)
 
 
+@checked
 def leave_one_out(
     joint: JointProblem,
     rng: np.random.Generator,

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bayesub.io.errors import InputError
+
 if TYPE_CHECKING:
     from bayesub.kernels.kalman import Innovations, Pieces, Policy
 
@@ -37,8 +39,11 @@ class PointEstimate(Protocol):
 
 
 def parameter_vector(at: PointEstimate | ArrayLike) -> np.ndarray:
-    """The parameter vector (n_params,) of an estimate, or the vector itself."""
-    return np.asarray(getattr(at, "values", at), dtype=float)
+    """The parameter vector (n_params,) of an estimate, or the vector itself; InputError if it is not finite."""
+    vector = np.asarray(getattr(at, "values", at), dtype=float)
+    if not np.isfinite(vector).all():
+        raise InputError("parameters must be finite numbers, or an Estimate", "value", "at")
+    return vector
 
 
 class Standard(Protocol):

@@ -178,23 +178,11 @@ class _Writer:
     def text(self, name: str) -> str:
         """The module with this function."""
         arguments = ", ".join(f"{self.pointer} {given} %{symbol}" for symbol, given in _SYMBOLS.items())
-        return "\n".join(
-            [
-                f'define void @{name}({arguments}, double %a, double %b) nounwind "prefer-vector-width"="512" {{',
-                "entry:",
-                "br label %block",
-                "block:",
-                "%lane = phi i64 [0, %entry], [%following, %block]",
-                *self.lines,
-                f"%following = add nuw nsw i64 %lane, {self.width}",
-                f"%more = icmp ult i64 %following, {LANES}",
-                "br i1 %more, label %block, label %end",
-                "end:",
-                "ret void",
-                "}",
-                *sorted(self.called),
-            ]
-        )
+        head = f'define void @{name}({arguments}, double %a, double %b) nounwind "prefer-vector-width"="512" {{'
+        begin = ["entry:", "br label %block", "block:", "%lane = phi i64 [0, %entry], [%following, %block]"]
+        step = [f"%following = add nuw nsw i64 %lane, {self.width}", f"%more = icmp ult i64 %following, {LANES}"]
+        end = ["br i1 %more, label %block, label %end", "end:", "ret void", "}"]
+        return "\n".join([head, *begin, *self.lines, *step, *end, *sorted(self.called)])
 
 
 class _WrittenRows:

@@ -224,7 +224,19 @@ def _numbers(path: Path, names: list[str]) -> tuple[dict[str, array], np.ndarray
         raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
     if not lines:
         raise InputError(f"{path}: has a header but no rows", "data")
+    if np.isnan(cells[names[-1]]).any():
+        _refuse_short(path, len(names))
     return cells, np.frombuffer(lines, dtype=np.uint32)
+
+
+def _refuse_short(path: Path, n_columns: int) -> None:
+    """InputError for a line of fewer cells than there are columns, some of which are under other names than theirs."""
+    opened = gzip.open if path.suffix == ".gz" else open
+    with opened(path, "rt", encoding="utf-8-sig") as file:
+        for k, line in enumerate(file, 1):
+            if line.strip() and (n := line.count(",") + 1) < n_columns:
+                message = f"{path}: line {k}: has {n} cells, expected {n_columns}; an empty cell needs its comma too"
+                raise InputError(message, "format")
 
 
 def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:

@@ -129,6 +129,8 @@ class HullFile(Section):
         if "hull" not in info.data:
             return sections
         for fins in sections:
+            if fins.from_m >= info.data["hull"].length_m:
+                raise ValueError(f"fins '{fins.name}': from_m is behind the hull, which ends at its length_m")
             at = nodes(fins.from_m, fins.to_m)[0]
             breadth, height = (radius.min() for radius in info.data["hull"].half_widths(at))
             for key, radius in (("top_m", height), ("bottom_m", height), ("side_m", breadth)):
@@ -138,7 +140,10 @@ class HullFile(Section):
         return sections
 
     @pydantic.model_validator(mode="after")
-    def _origin_aboard(self):
+    def _proportions(self):
+        widest = 2.0 * max(np.max(radius) for radius in self.hull.half_widths(np.array(self.hull.joints)))
+        if widest > self.hull.length_m:
+            raise ValueError(f"hull: is {widest:g} m wide or high and {self.hull.length_m:g} m long; is one in mm?")
         if self.origin_m is not None and not 0.0 <= self.origin_m <= self.hull.length_m:
             raise ValueError(f"origin_m must lie on the hull, 0 to {self.hull.length_m:g}, found {self.origin_m:g}")
         return self

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from bayesub.io import toml_files
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError, error_source
 from bayesub.logs import log_files
 from bayesub.model.actuator import with_water
@@ -80,6 +81,7 @@ class Manoeuvre:
             raise InputError(text, "conflict", self.name)
 
 
+@checked
 def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
     """Build a manoeuvre for `vehicle` from a built-in name, a TOML file or a control-history CSV.
 
@@ -99,6 +101,7 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
         return _build(read_manoeuvre(path), vehicle)
 
 
+@checked
 def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes: object) -> Manoeuvre:
     """A random manoeuvre (thesis section 8.2), like ``load_manoeuvre("random", vehicle)`` with a seed drawn from `rng`.
 

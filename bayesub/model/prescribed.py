@@ -61,12 +61,9 @@ def check(angle: str, subproblem: str | None) -> None:
     check_known(angle, PLANES, f"prescribed: '{angle}' is no angle", hint="expected pitch or yaw")
     if subproblem != PLANES[angle]:
         flown = "six degrees of freedom" if subproblem is None else f"the {subproblem} sub-problem"
-        raise InputError(
-            f"prescribed: {angle} can be prescribed in the {PLANES[angle]} sub-problem only, and the trial has "
-            f'{flown}; give subproblem = "{PLANES[angle]}"',
-            "conflict",
-            angle,
-        )
+        text = f"prescribed: {angle} can be prescribed in the {PLANES[angle]} sub-problem only, and the trial has "
+        text += f'{flown}; give subproblem = "{PLANES[angle]}"'
+        raise InputError(text, "conflict", angle)
 
 
 def smoothed(angle: str, times: np.ndarray, readings: np.ndarray, sd: float) -> Prescribed:

@@ -5,6 +5,7 @@ from typing import TypedDict, Unpack
 
 import numpy as np
 
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError, check_known
 from bayesub.model.disturbance import Disturbance, ForceHistory
 from bayesub.model.manoeuvres import Manoeuvre
@@ -22,6 +23,7 @@ class Integration(TypedDict, total=False):
     attitude: str
 
 
+@checked
 def simulate(
     vehicle: Vehicle,
     manoeuvre: Manoeuvre,

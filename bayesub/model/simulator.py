@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY, dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from types import NoneType
+from typing import TYPE_CHECKING, NamedTuple, SupportsFloat
 
 import numpy as np
 
+from bayesub.io.arguments import check_class
 from bayesub.io.errors import InputError, nearest
 from bayesub.kernels import workspace
 from bayesub.kernels.workspace import HATS
@@ -116,6 +118,7 @@ class Simulator:
             raise InputError(message, "unknown", "controls")
         if self.attitude not in ("euler", "quaternion"):
             raise InputError(f"unknown attitude '{self.attitude}': expected euler or quaternion", "unknown", "attitude")
+        check_class("dt", self.dt, SupportsFloat, NoneType, key="dt")
         if self.dt is not None and not (np.isfinite(self.dt) and self.dt > 0):
             raise InputError(f"the time step must be a positive number of seconds, found {self.dt}", "value", "dt")
         longest = self.vehicle.length_m / self.vehicle.speed_mps
@@ -129,11 +132,8 @@ class Simulator:
         for one in self.manoeuvre.prescribed:
             prescribed.check(one.angle, self.subproblem)
             if self.controls == "hold":
-                raise InputError(
-                    f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold",
-                    "conflict",
-                    "controls",
-                )
+                text = f"prescribed: {one.angle} cannot be held over a step; leave out controls = hold"
+                raise InputError(text, "conflict", "controls")
 
     def _check_times(self):
         """InputError for output times that descend or lie outside the manoeuvre, and for too many steps."""
@@ -147,12 +147,9 @@ class Simulator:
             message = f"output times must ascend, found {times[k + 1]:g} s after {times[k]:g} s"
             raise InputError(message, "value", "times")
         if not times[-1] / self.step <= MAX_STEPS:
-            raise InputError(
-                f"{manoeuvre.name}: {times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
-                "shorten the manoeuvre or give a longer step",
-                "limit",
-                "dt",
-            )
+            text = f"{manoeuvre.name}: {times[-1]:g} s are more than {MAX_STEPS:,} steps of {self.step:g} s; "
+            text += "shorten the manoeuvre or give a longer step"
+            raise InputError(text, "limit", "dt")
 
     def at(self, times: np.ndarray) -> "Simulator":
         """The same simulator with other output times."""
@@ -174,12 +171,9 @@ class Simulator:
             if rng is None:
                 raise InputError("disturbance: a history of it needs random numbers; give rng", "missing", "rng")
             if not disturbance.shortest_s >= self.step:
-                raise InputError(
-                    f"disturbance: correlation_time_s is {disturbance.shortest_s:g} s, shorter than the time "
-                    f"step of {self.step:g} s; give a shorter step",
-                    "conflict",
-                    "correlation_time_s",
-                )
+                text = f"disturbance: correlation_time_s is {disturbance.shortest_s:g} s, shorter than the time "
+                text += f"step of {self.step:g} s; give a shorter step"
+                raise InputError(text, "conflict", "correlation_time_s")
             n_steps = int(np.ceil(self.manoeuvre.duration / self.step * (1.0 - 1e-12)))
             disturbance = disturbance.sample(np.arange(n_steps + 1) * self.step, rng)
         return replace(self, dt=self.step, forces=disturbance)
@@ -494,12 +488,9 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
         if both.any() and np.linalg.norm(coarse[both] - fine[both], axis=1).max() < STEP_TOLERANCE_M:
             return step
     if both.all():
-        raise InputError(
-            f"{manoeuvre.name}: no step down to {ladder[-1]:g} s keeps the position of '{vehicle.name}' within 5 cm; "
-            "give a step (dt)",
-            "model",
-            "dt",
-        )
+        text = f"{manoeuvre.name}: no step down to {ladder[-1]:g} s keeps the position of '{vehicle.name}' within 5 "
+        text += "cm; give a step (dt)"
+        raise InputError(text, "model", "dt")
     return ladder[-1]
 
 

@@ -261,12 +261,10 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
         raise InputError(f"{fault}; check {checks}, and the size of the coefficients", "model")
     motion = without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
     if motion:
-        raise InputError(
-            f"{path}: the mass matrix is singular: nothing resists an acceleration in {motion}; check mass and inertia "
-            f"in [body] and the added masses {', '.join(equations.added_masses)}, which are negative on the diagonal",
-            "model",
-            "body",
-        )
+        text = f"{path}: the mass matrix is singular: nothing resists an acceleration in {motion}; check mass and "
+        text += f"inertia in [body] and the added masses {', '.join(equations.added_masses)}, which are negative on "
+        text += "the diagonal"
+        raise InputError(text, "model", "body")
     return vehicle
 
 

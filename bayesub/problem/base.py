@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from bayesub.io.errors import InputError
 from bayesub.model.equations import EquationSet
 from bayesub.model.linear_form import LinearSystem
 from bayesub.problem.distributions import WHITE, Prior, joined
@@ -200,9 +201,16 @@ class PosteriorDensity(Viewed):
         """
         raise NotImplementedError
 
+    def batch(self, parameters: np.ndarray) -> np.ndarray:
+        """Parameters (n_params,) or (n_batch, n_params) as a batch; InputError if they are of another number."""
+        if (found := np.shape(parameters))[-1:] != (self.n_params,) or len(found) > 2:
+            text = f"parameters must have the shape ({self.n_params},) or (n, {self.n_params}), found {found}; the"
+            raise InputError(f"{text} order is that of the problem's names", "value", "parameters")
+        return np.atleast_2d(parameters)
+
     def coefficient_sets(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_terms) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
-        parameters = np.atleast_2d(parameters)
+        parameters = self.batch(parameters)
         sets = np.repeat(self.xi[None], len(parameters), axis=0)
         sets[:, self.columns] = parameters[:, : self.n_coefficients]
         return sets
@@ -215,7 +223,7 @@ class PosteriorDensity(Viewed):
 
     def log_prior(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch,) log prior densities."""
-        return self.prior.log_density(np.atleast_2d(parameters))
+        return self.prior.log_density(self.batch(parameters))
 
     def log_likelihood(self, parameters: np.ndarray, predicted: np.ndarray | None = None) -> np.ndarray:
         """(n_batch,) log likelihoods, -inf where a simulation failed, from what is predicted if that is known."""

@@ -85,11 +85,8 @@ class UnknownDisturbance:
         check_axes(self.axes)
         check_kind(self.kind)
         if set(self.sds) != set(self.axes):
-            raise InputError(
-                f"disturbance: give an sd for each of {', '.join(self.axes)}; found {', '.join(self.sds)}",
-                "conflict",
-                "sds",
-            )
+            text = f"disturbance: give an sd for each of {', '.join(self.axes)}; found {', '.join(self.sds)}"
+            raise InputError(text, "conflict", "sds")
         numbers: dict[str, float | Prior | None] = dict(self.sds)
         numbers |= {"correlation_time_s": self.correlation_time_s, "knot_interval_s": self.knot_interval_s}
         numbers |= {"correlation_time_current_s": self.correlation_time_current_s}

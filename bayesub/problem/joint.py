@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bayesub.io.arguments import check_class
 from bayesub.io.errors import InputError
 from bayesub.model.linear_form import LinearSystem, stacked
 from bayesub.problem.base import Costs, PosteriorDensity, coefficient_names
@@ -50,7 +51,10 @@ class JointProblem(PosteriorDensity):
     """
 
     def __init__(self, problems: Mapping[str, TrialProblem], own: Iterable[str] = ()):
-        self.problems, self.own = dict(problems), tuple(own)
+        self.problems = dict(check_class("problems", problems, Mapping, key="problems"))
+        self.own = tuple(own)
+        for name, one in self.problems.items():
+            check_class(f"problems: '{name}'", one, TrialProblem, key=name)
         _check(list(self.problems.values()))
         trials, (first, *_) = self.problems.values(), self.problems.values()
         self.vehicle, self.equations = first.vehicle, first.equations
@@ -243,12 +247,9 @@ def _shared(problems, own) -> tuple[dict[str, Prior], dict[str, list[str]]]:
         }
         for name, prior in problem.nuisance_priors.items():
             if priors.setdefault(renamed[name], prior) != prior:
-                raise InputError(
-                    f"nuisance '{name}': all trials share it, and '{trial}' has another prior of it than the "
-                    "trials before; give it once, or the same in each",
-                    "conflict",
-                    name,
-                )
+                text = f"nuisance '{name}': all trials share it, and '{trial}' has another prior of it than the "
+                text += "trials before; give it once, or the same in each"
+                raise InputError(text, "conflict", name)
         names[trial] = [renamed.get(name, name) for name in problem.names]
     return priors, names
 

@@ -85,12 +85,9 @@ def within_reach(record: Record, spans: dict[str, tuple[float, float]], duration
         least, most = spans.get(channel.instrument, (0.0, 0.0))
         kept = (channel.times + least >= 0.0) & (channel.times + most <= duration)
         if channel.instrument in spans and not kept.any():
-            raise InputError(
-                f"nuisance 'clock_{channel.instrument}_s': its prior allows times {least:+.3g} to {most:+.3g} s off, "
-                f"which leave no reading of '{channel.name}' within the {duration:g} s of the trial; narrow it",
-                "conflict",
-                f"clock_{channel.instrument}_s",
-            )
+            text = f"nuisance 'clock_{channel.instrument}_s': its prior allows times {least:+.3g} to {most:+.3g} s "
+            text += f"off, which leave no reading of '{channel.name}' within the {duration:g} s of the trial; narrow it"
+            raise InputError(text, "conflict", f"clock_{channel.instrument}_s")
         if channel.instrument in spans and not kept.all():
             channel = replace(channel, times=channel.times[kept], values=channel.values[kept])
         channels.append(channel)

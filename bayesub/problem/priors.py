@@ -12,6 +12,7 @@ from typing import SupportsFloat
 
 import numpy as np
 
+from bayesub.io.arguments import check_class
 from bayesub.io.errors import InputError, check_known, error_source
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import Vehicle
@@ -112,6 +113,8 @@ class Given(CoefficientPrior):
     correlations: tuple[tuple[str, str, float], ...] = ()  # (name, name, correlation) of normal priors
 
     def __post_init__(self):
+        for name, prior in self.priors.items():
+            check_class(f"prior: '{name}'", prior, Prior, key=name)
         for first, second, correlation in self.correlations:
             for name in (first, second):
                 if not isinstance(self.priors.get(name), Normal):
@@ -268,7 +271,7 @@ def _least(size: float) -> float:
 
 
 def _check_width(key: str, value: float, least: float, most: float) -> None:
-    if not (np.isfinite(value) and value > 0):
+    if not _finite(key, value) > 0:
         raise InputError(f"prior: {key} must be positive, found {value}", "value", key)
     if value < least:
         message = f"prior: {key} must be at least {least:.3g} here, found {value:g}; what is known better is fixed"

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from bayesub.io.arguments import check_class, checked
 from bayesub.io.errors import InputError, check_known
 from bayesub.kernels import workspace
 from bayesub.logs.log_files import ACCELERATIONS
@@ -75,12 +76,9 @@ def sensed_step(
     if not completed:
         return choose_step(vehicle, manoeuvre, forward.simulator.subproblem)
     worst = max(errors, key=lambda name: errors[name], default="")
-    raise InputError(
-        f"{manoeuvre.name}: no step down to {step:g} s keeps the error of '{worst}' below a tenth of its sd for all "
-        "boats of the prior; give a step (dt, in a study dt_s)",
-        "model",
-        "dt",
-    )
+    text = f"{manoeuvre.name}: no step down to {step:g} s keeps the error of '{worst}' below a tenth of its sd for all "
+    text += "boats of the prior; give a step (dt, in a study dt_s)"
+    raise InputError(text, "model", "dt")
 
 
 def _errors(forward, noises, values, differences) -> dict[str, float]:
@@ -113,8 +111,8 @@ class Problem(TrialProblem):
     vehicle : whose coefficients are inferred
     manoeuvre : that it flies
     record : of that manoeuvre; readings that an unknown clock may put before its start or after its end are left out
-    free : names of the coefficients to infer; one whose prior centre is zero has no scale and stays fixed, and so does
-        one that has no part in the sub-problem or belongs to planes that do not move
+    free : names of the coefficients to infer, or a sub-problem or "all"; one whose prior centre is zero has no scale
+        and stays fixed, and so does one that has no part in the sub-problem or belongs to planes that do not move
     prior : of the coefficients, from :mod:`bayesub.problem.priors`
     nuisance : name (:mod:`bayesub.problem.nuisance`) -> prior of one parameter, in the unit of its name
     noise : channel name -> noise model of :mod:`bayesub.problem.likelihoods`, for channels that differ from what their
@@ -131,13 +129,14 @@ class Problem(TrialProblem):
         :class:`bayesub.problem.trial_problem.TrialProblem`
     """
 
+    @checked
     def __init__(
         self,
         vehicle: Vehicle,
         manoeuvre: Manoeuvre,
         record: Record,
         *,
-        free: Iterable[str],
+        free: str | Iterable[str],
         prior: CoefficientPrior,
         nuisance: dict[str, Prior] | None = None,
         noise: dict[str, Noise] | None = None,
@@ -146,7 +145,10 @@ class Problem(TrialProblem):
         disturbance: UnknownDisturbance | None = None,
     ):
         xi = coefficient_set("xi", vehicle.xi if xi is None else xi, len(vehicle.xi))
-        equations, free = vehicle.equations, list(free)
+        equations = vehicle.equations
+        if isinstance(free, str):
+            free = equations.active(subproblem=None if free == "all" else free)
+        free = list(check_class("free", free, Iterable, key="free"))
         for name in (name for k, name in enumerate(free) if name in free[:k]):
             raise InputError(f"free: '{name}' is named twice; name it once", "conflict", "free")
         candidates = equations.columns(free)
@@ -158,11 +160,9 @@ class Problem(TrialProblem):
             text = "no coefficient is free: every one named has a prior centre of zero or no effect on this manoeuvre"
             raise InputError(text, "missing", "free")
         noises = channel_noises(record.channels, noise or {})
-        nuisance = dict(nuisance or {})
+        nuisance = dict(check_class("nuisance", nuisance or {}, Mapping, key="nuisance"))
         for name, one in nuisance.items():
-            if not isinstance(one, Prior):
-                text = f"nuisance '{name}': {one!r} is no prior; give one, such as bs.priors.normal(0, 1)"
-                raise InputError(text, "value", name)
+            check_class(f"nuisance '{name}'", one, Prior, key=name)
         parameters = [find(name, vehicle, manoeuvre, record.channels, noises) for name in nuisance]
         for k, parameter in enumerate(parameters):
             if parameter.mount is not None and not parameter.mount.axis:  # a clock, and what its prior allows
@@ -181,12 +181,9 @@ class Problem(TrialProblem):
             dt = sensed_step(vehicle, manoeuvre, forward_at, noises, whole, columns, xi)
         forward = forward_at(dt)
         if disturbance is not None and disturbance.time_s < forward.simulator.step:
-            raise InputError(
-                f"disturbance: correlation_time_s is {disturbance.time_s:g} s and the time step "
-                f"{forward.simulator.step:g} s; give a longer time, or a shorter step (dt_s)",
-                "conflict",
-                "correlation_time_s",
-            )
+            text = f"disturbance: correlation_time_s is {disturbance.time_s:g} s and the time step "
+            text += f"{forward.simulator.step:g} s; give a longer time, or a shorter step (dt_s)"
+            raise InputError(text, "conflict", "correlation_time_s")
         super().__init__(forward, columns, xi, prior, nuisance, noises, record.values)
 
 
@@ -197,13 +194,10 @@ def _disturbances(disturbance, vehicle, manoeuvre, record) -> Disturbances:
     disturbances = Disturbances(disturbance, vehicle, duration)
     n_readings = sum(len(channel.times) for channel in record.channels)
     if len(disturbance.axes) * disturbances.n_knots > n_readings:
-        raise InputError(
-            f"disturbance: {disturbances.n_knots:.6g} knots on each of {len(disturbance.axes)} axes are more "
-            f"forces than the {n_readings} readings inform; give a longer knot_interval_s than "
-            f"{disturbance.interval_s:.3g} s, or fewer axes",
-            "limit",
-            "knot_interval_s",
-        )
+        text = f"disturbance: {disturbances.n_knots:.6g} knots on each of {len(disturbance.axes)} axes are more "
+        text += f"forces than the {n_readings} readings inform; give a longer knot_interval_s than "
+        text += f"{disturbance.interval_s:.3g} s, or fewer axes"
+        raise InputError(text, "limit", "knot_interval_s")
     return disturbances
 
 
@@ -213,12 +207,7 @@ def channel_noises(channels: Iterable[Channel], by_name: dict[str, Noise]) -> tu
     Raises InputError for the name of a channel that is not among them, and for what is no noise model.
     """
     names = [channel.name for channel in channels]
-    if not isinstance(by_name, Mapping):
-        text = f"noise: {by_name!r} is no mapping"
-        raise InputError(f"{text}; give {{'{names[0]}': bs.likelihoods.Normal(0.1)}} or the like", "value", "noise")
-    for name, noise in by_name.items():
+    for name, noise in check_class("noise", by_name, Mapping, key="noise").items():
         check_known(name, names, f"noise: there is no channel '{name}'")
-        if not isinstance(noise, Noise):
-            text = f"noise: {noise!r} of '{name}' is no noise model with its values"
-            raise InputError(f"{text}; give one, such as bs.likelihoods.Normal(0.1)", "value", name)
+        check_class(f"noise: '{name}'", noise, Noise, key=name)
     return tuple(by_name.get(c.name) or likelihoods.reading_noise(c.sd, c.resolution) for c in channels)

@@ -67,16 +67,9 @@ class UnseenTrial:
         is as its prior has it.
         Coefficients and parameters of the boat that no fitted trial has free are left to the prior.
         """
-        return np.array(
-            [
-                k
-                for k, columns in self._sources(fitted).items()
-                if k >= self.problem.n_coefficients
-                and not columns
-                and not of_boat(self.problem.names[k], self.problem.vehicle)
-            ],
-            dtype=int,
-        )
+        problem, n = self.problem, self.problem.n_coefficients
+        untold = [k for k, columns in self._sources(fitted).items() if k >= n and not columns]
+        return np.array([k for k in untold if not of_boat(problem.names[k], problem.vehicle)], dtype=int)
 
     def _sources(self, fitted) -> dict[int, list[int]]:
         """Position of a parameter -> positions of what tells it among those of the fitted trials."""

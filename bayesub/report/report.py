@@ -16,6 +16,7 @@ from bayesub.findings.verdicts import in_words
 from bayesub.inference.baselines import Estimate
 from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import CrossCheck, Posterior
+from bayesub.io.arguments import checked
 from bayesub.io.atomic import write_text, writing
 from bayesub.io.terminal import SILENT, Progress
 from bayesub.io.words import markdown
@@ -42,6 +43,7 @@ class ReportedStudy:
     prescription: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
+@checked
 def write_report(
     folder: str | Path,
     problem: AnyProblem,

@@ -8,10 +8,11 @@ likelihood needs one.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import attrgetter
-from typing import ClassVar
+from typing import ClassVar, SupportsFloat
 
 import numpy as np
 
+from bayesub.io.arguments import check_class
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive
 from bayesub.logs.log_files import ACCELERATIONS, HEADERS
@@ -67,7 +68,7 @@ class Track(Instrument):
 
     def __post_init__(self):
         for key in ("position_sd_m", "attitude_sd_deg", "interval_s"):
-            value = getattr(self, key)
+            value = check_class(f"sensor: {key}", getattr(self, key), SupportsFloat, key=key)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"sensor: {key} must be positive, found {value}", "value", key)
         super().__post_init__()

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError
 from bayesub.logs.log_files import ANGLES, HEADERS, si_factor
 from bayesub.model.trajectory import Trajectory
@@ -244,6 +245,7 @@ class MeasurementModel:
             yield place, seen(place.channel.state, attitude)
 
 
+@checked
 def observe(
     trajectory: Trajectory,
     sensors: Sensor | Instrument | Iterable,

@@ -20,6 +20,7 @@ import numpy as np
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.gauss_newton import gauss_newton
 from bayesub.inference.interface import Sampled
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError
 
 SHARES = (0.1, 0.03, 0.01, 0.003, 0.001)  # sd of what smooths the ends of an interval, over its length
@@ -34,6 +35,7 @@ _HALVINGS, _MOST_HALVINGS = 3, 7  # of the record before the first search, and w
 _LAST = 200  # iterations of the last search
 
 
+@checked
 def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     """The posterior mode by Gauss-Newton searches, with a finite log likelihood.
 
@@ -84,12 +86,10 @@ def _lowest(problem, rng) -> Estimate:
         other = continuation(problem)
     except ValueError:  # no part of the record is completed
         if best is None:
-            raise InputError(
-                "no residuals are finite within the prior, not even those of the first hundredth of the record: look "
-                "at what the model is given (of a boat signs of controls, bayesub check VEHICLE), or narrow the prior",
-                "model",
-                "prior",
-            ) from None
+            text = "no residuals are finite within the prior, not even those of the first hundredth of the record: "
+            text += "look at what the model is given (of a boat signs of controls, bayesub check VEHICLE), or narrow "
+            text += "the prior"
+            raise InputError(text, "model", "prior") from None
         return best
     return other if best is None or other.costs[0] < best.costs[0] - _SAME * problem.n_params else best
 

@@ -8,6 +8,7 @@ from scipy import optimize
 from bayesub.inference.baselines.estimate import Estimate
 from bayesub.inference.baselines.starts import Normalised, search_from
 from bayesub.inference.interface import LeastSquares, Progress
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError
 
 BOUNDS = 0.75  # half width of the search in the unknowns, unless another is asked for
@@ -17,6 +18,7 @@ _TOLERANCE = 1e-10  # change of the logarithm of the cost at which SLSQP stops
 _REMEDIES = {8: "the gradient is round-off: use exact gradients", 9: "raise max_iterations"}  # by status of SLSQP
 
 
+@checked
 def sqp(
     problem: LeastSquares,
     *,

@@ -11,8 +11,10 @@ from bayesub.inference.baselines.starts import Normalised, search_from
 from bayesub.inference.identifiability.linalg import complete_svd
 from bayesub.inference.identifiability.null_space import null_space
 from bayesub.inference.interface import Identifiable, Progress
+from bayesub.io.arguments import checked
 
 
+@checked
 def trust_region(
     problem: Identifiable,
     *,
@@ -39,18 +41,9 @@ def trust_region(
     limits = (-np.inf, np.inf) if bounds is None else (1.0 - bounds, 1.0 + bounds)
 
     def search(start, ask):
-        result = optimize.least_squares(
-            lambda x: ask((x.copy(), False)),
-            start,
-            jac=lambda x: ask((x.copy(), True)),
-            bounds=limits,
-            method="trf",
-            x_scale=1.0,
-            ftol=None,
-            gtol=None,
-            xtol=1e-15,
-            max_nfev=max_iterations,
-        )
+        options = {"bounds": limits, "ftol": None, "gtol": None, "xtol": 1e-15, "max_nfev": max_iterations}
+        misfit, slopes = (lambda x: ask((x.copy(), False))), (lambda x: ask((x.copy(), True)))
+        result = optimize.least_squares(misfit, start, slopes, **options)
         remedy = "; raise max_iterations" if result.status == 0 else ""
         return result.x, f"{result.message.strip().rstrip('.')}{remedy}"
 

@@ -19,6 +19,7 @@ from bayesub.inference.sampling.histories import search_marginal_mode
 from bayesub.inference.sampling.moments import Effort, Moments
 from bayesub.inference.sampling.posterior import Posterior
 from bayesub.inference.sampling.sampler import learn_coordinates
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError
 
 FALSE_ALARMS = 0.01  # probability that two samplers of one posterior are said to disagree
@@ -150,6 +151,7 @@ class CrossCheck:
         return cls(**fields | {"efforts": tuple(Effort(**effort) for effort in content["efforts"])})
 
 
+@checked
 def cross_check(
     problem: Sampled,
     posterior: Posterior,

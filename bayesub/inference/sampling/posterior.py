@@ -11,6 +11,7 @@ from scipy import stats
 
 from bayesub.inference.checks import convergence
 from bayesub.inference.interface import InferencePrior
+from bayesub.io.errors import InputError
 from bayesub.io.notebook import Displayed
 
 if TYPE_CHECKING:
@@ -35,6 +36,11 @@ class Criteria:
     ess: float = 400.0
     taus: float = 25.0
     false_alarms: float = 0.01
+
+    def __post_init__(self):
+        if not (self.rhat > 1.0 and self.ess > 0.0 and self.taus > 0.0 and 0.0 < self.false_alarms < 1.0):
+            text = f"criteria: rhat must be above 1, and ess and taus positive, found {self}"
+            raise InputError(text, "value", "criteria")
 
 
 AnyPrior = TypeVar("AnyPrior", bound=InferencePrior)

@@ -28,6 +28,7 @@ from bayesub.inference.sampling.histories import (
 from bayesub.inference.sampling.moves import EachEnsemble, LaplacePCN, SurrogateTransition, crank_nicolson
 from bayesub.inference.sampling.posterior import PROBES, STANDARD, Criteria, Posterior
 from bayesub.inference.sampling.surrogate import Surrogate, learn
+from bayesub.io.arguments import check_class, checked
 from bayesub.io.errors import InputError
 from bayesub.io.interrupts import deferred
 
@@ -50,6 +51,7 @@ PRIOR_SHARE = 0.2  # of the steps that draw parameters anew from their prior whi
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
 
 
+@checked
 @threadpoolctl.threadpool_limits.wrap(1, "blas")
 @np.errstate(over="ignore", invalid="ignore")  # far out densities overflow, and what is proposed there is refused
 def sample(
@@ -92,6 +94,7 @@ def sample(
         taken in one ensemble after the other, so that it sees no walker of another; those of emcee that take two
         walkers want at least twice as many in an ensemble as there are parameters
     """
+    check_class("sample: problem", problem, Emulated, key="problem")
     n_walkers = N_WALKERS if n_walkers is None else n_walkers
     if n_ensembles < 1 or n_walkers < 2:
         text = f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}"
@@ -176,7 +179,9 @@ class _Run:
         if len(self.state.wide):
             move = emcee.moves.MHMove(partial(redrawn, self._of_others, self.state.wide))
             moves.append((move, sum(weight for _, weight in moves) * PRIOR_SHARE / (1.0 - PRIOR_SHARE)))
-        return emcee.EnsembleSampler(*self.state.coords.shape, self._evaluate, moves=moves, vectorize=True)
+        sampler = emcee.EnsembleSampler(*self.state.coords.shape, self._evaluate, moves=moves, vectorize=True)
+        sampler.log_prob_fn = self._evaluate  # without emcee's wrapper, which prints a traceback at Ctrl-C
+        return sampler
 
     def _evaluate(self, y):
         """Log densities (n,) of walkers, and beside them their parameters if these cost a simulation."""

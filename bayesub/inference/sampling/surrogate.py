@@ -134,7 +134,8 @@ class Surrogate:
         log_prior = self.geometry.log_prior(y[known])
         ours, simulated = (self.log_prob(y[known]) - log_prior) / self.power, log_prob[known] - log_prior
         covariance = np.cov(ours, simulated)
-        self.power = float(np.clip(covariance[0, 1] / covariance[0, 0], _LEAST_POWER, 1.0))
+        if covariance[0, 0] > 0.0:  # otherwise the data say nothing
+            self.power = float(np.clip(covariance[0, 1] / covariance[0, 0], _LEAST_POWER, 1.0))
 
     def walks(self) -> tuple[partial, list[partial]]:
         """A short walk on it, and long ones.

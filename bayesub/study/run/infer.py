@@ -39,13 +39,14 @@ from bayesub.study.provenance import origin
 from bayesub.study.run.prepare import Setup
 from bayesub.study.run.prescribed import prescription
 from bayesub.study.run.result import AGAIN, RESULT, SUGGESTED, StudyResult
-from bayesub.study.run.run_folder import CROSS_CHECK, LEFT_OUT, RunContext, saved_config
+from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, LEFT_OUT, RunContext, saved_config
 from bayesub.study.schema.study_file import Study
 from bayesub.study.sources import file_digest
 
 if TYPE_CHECKING:
     from bayesub.logs.series import Finding
 
+RECORDS = "record*.csv", "check_*.csv"
 POSTERIOR, ESTIMATES, MODE, DERIVED = "posterior.nc", "estimates.json", "mode.json", "derived.json"
 _LONG_MINUTES = 5.0  # of sampling, which are said before it
 T = TypeVar("T")
@@ -54,7 +55,6 @@ T = TypeVar("T")
 def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bool = False) -> StudyResult:
     """Do the work of a study in an opened folder, if wanted with a cross-check by NUTS and with trials left out."""
     folder, progress = context.folder, context.progress
-    refuse_unreachable(setup.study)
     progress.stage("simulate or read the trials")
     refuse_misread(setup, progress)
     problem = setup.problem
@@ -251,13 +251,11 @@ def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
 
         column = suspect(setup.problem, mode) or fit.small_sd
         likely = f"likely {column}; if not, " if column else ""
-        raise InputError(
-            f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' by "
-            f"{fit.misfit:.3g} times its noise: {likely}look for a wrong column, sign or unit with bayesub check, free "
-            f"more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit above that",
-            "data",
-            fit.channel,
-        )
+        text = f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' "
+        text += f"by {fit.misfit:.3g} times its noise: {likely}look for a wrong column, sign or unit with bayesub "
+        text += "check, free more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit "
+        text += "above that"
+        raise InputError(text, "data", fit.channel)
 
 
 def conclude(
@@ -293,7 +291,8 @@ def conclude(
         quantities=[recorded(quantity, kept[quantity.name]) for quantity in setup.quantities],
         pdf=context.pdf,
     )
-    files = [POSTERIOR, ESTIMATES, *(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]
+    files = [CONFIG, POSTERIOR, ESTIMATES, *(file.name for kind in RECORDS for file in folder.glob(kind))]
+    files += [*(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]
     if kept and not (folder / RESULT).exists():  # a run, after which reports need not run these functions
         write_text(folder / DERIVED, json.dumps(kept))
     files += [DERIVED] if (folder / DERIVED).exists() else []

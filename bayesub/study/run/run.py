@@ -128,13 +128,14 @@ def _work(study: "Study | Script", cross_check: bool, leave_out: bool) -> Callab
         from bayesub.study.run import script
 
         return partial(script.run, study)
-    from bayesub.study.run.infer import infer
+    from bayesub.study.run.infer import infer, refuse_unreachable
     from bayesub.study.run.prepare import prepare
 
     if cross_check:
         from bayesub.inference.sampling.nuts import require_nutpie
 
         require_nutpie()
+    refuse_unreachable(study)
     setup = prepare(study, run_code=True)
     if leave_out:
         from bayesub.study.run import leave_out as others

@@ -214,7 +214,7 @@ def load(path: Path) -> ModuleType:
     sys.modules[spec.name] = module  # where dataclasses look it up; other processes are not to
     with chdir(Path.cwd()):  # wherever the script goes
         spec.loader.exec_module(module)
-    del sys.modules[spec.name]
+    sys.modules.pop(spec.name, None)  # a script may load one of the same name
     return module
 
 
@@ -225,7 +225,8 @@ def run(script: Script, context: RunContext) -> StudyResult:
     module = load(script.path)
     with chdir(Path.cwd()):
         found = module.compute(study)
-    text = as_json(finite(found, 9), "compute()")  # half the size, and more than any figure or claim needs
+    plain = json.loads(as_json(found, "compute()"))
+    text = json.dumps(finite(plain, 9))  # half the size, and more than any figure or claim needs
     write_text(context.folder / NUMBERS, text)
     context.progress.stage("figures")
     return _conclude(module, study, json.loads(text), script.question, script.config())

@@ -212,6 +212,6 @@ class CheckSection(TrialSection):
         from bayesub.problem.unseen import UnseenTrial, warm_up
 
         unseen = UnseenTrial(self.name, problem, 0.0)
-        if not len(unseen.own(fitted)):
-            return unseen
-        return UnseenTrial(self.name, problem, warm_up(problem, self.warm_up_s))
+        is_needed = len(unseen.own(fitted)) > 0
+        length = warm_up(problem, self.warm_up_s) if is_needed or self.warm_up_s else 0.0
+        return replace(unseen, warm_up_s=length * is_needed)
