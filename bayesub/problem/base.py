@@ -210,7 +210,7 @@ class PosteriorDensity(Viewed):
 
     def coefficient_sets(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_terms) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""
-        parameters = self.batch(parameters)
+        parameters = np.atleast_2d(parameters)
         sets = np.repeat(self.xi[None], len(parameters), axis=0)
         sets[:, self.columns] = parameters[:, : self.n_coefficients]
         return sets

@@ -101,7 +101,7 @@ class JointProblem(PosteriorDensity):
         ends = np.cumsum([len(problem.readings) for problem in self.problems.values()])[:-1]
         parts = [None] * len(self.problems) if predicted is None else np.split(predicted, ends, axis=1)
         results = []
-        for (trial, problem, values), part in zip(self.each_trial(np.atleast_2d(parameters)), parts, strict=True):
+        for (trial, problem, values), part in zip(self.each_trial(self.batch(parameters)), parts, strict=True):
             about = () if centre is None else (centre[self._places[trial]],)
             known = () if part is None else (part,)
             results.append(getattr(problem, method)(*about, values, *known, **arguments))

@@ -40,6 +40,7 @@ class FlownTrial(PosteriorDensity):
 
     def arguments(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Coefficient sets and nuisance values of parameters (n_batch, n_params), as the forward model takes them."""
+        parameters = self.batch(parameters)
         return self.coefficient_sets(parameters), self.nuisance_values(parameters)
 
     @property
@@ -78,14 +79,14 @@ class FlownTrial(PosteriorDensity):
 
         It is through the water, of the vehicle from the start of the manoeuvre, without nuisance parameters.
         """
-        return self.forward.simulator.trajectory(self.coefficient_sets(parameters))
+        return self.forward.simulator.trajectory(self.coefficient_sets(self.batch(parameters)))
 
     def predicted(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_readings) noise-free readings, SI units; not a number where the simulation failed.
 
         Headings of a log, which are known up to whole turns, are on the turn that is nearest to the reading.
         """
-        return self._counted(*self.forward.predicted(*self.arguments(np.atleast_2d(parameters))))
+        return self._counted(*self.forward.predicted(*self.arguments(parameters)))
 
     def _counted(self, predicted, status):
         self.forward.count(status)
@@ -107,7 +108,7 @@ class FlownTrial(PosteriorDensity):
 
     def motion(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_times, 12) states over the ground at the times of the readings, nuisance parameters included."""
-        return self.forward.states(*self.arguments(np.atleast_2d(parameters)))
+        return self.forward.states(*self.arguments(parameters))
 
     def forces(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_axes, n_knots) unmodelled forces at the knots, N and N m, of parameters (n_batch, n_params)."""
@@ -115,7 +116,7 @@ class FlownTrial(PosteriorDensity):
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """Axis -> linear form in the free coefficients, of the body, start and motion of parameters (n_params,)."""
-        trajectory = self.forward.trajectory(*self.arguments(np.atleast_2d(parameters)))
+        trajectory = self.forward.trajectory(*self.arguments(parameters))
         return linear_systems(trajectory, free=self.names[: len(self.columns)])
 
 
@@ -272,7 +273,7 @@ class TrialProblem(FlownTrial):
         `responses` are those of the histories at these parameters, if they are known already.
         """
         self.costs.jacobians += 1
-        sets, values = self.arguments(np.atleast_2d(parameters))
+        sets, values = self.arguments(parameters)
         predicted = self.weighing(sets, values)
         slopes = self.forward.slopes(sets, values, self.names[: self.n_coefficients], of_nuisances=bool(self.inferred))
         if self.fixed_nuisances is not None and self.inferred:
@@ -299,7 +300,7 @@ class TrialProblem(FlownTrial):
 
         They are zero in the rows of parameters of the noise.
         """
-        sets, values = self.arguments(np.atleast_2d(parameters))
+        sets, values = self.arguments(parameters)
         return self.likelihood.weighed(self.weighing(sets, values), values, slopes)
 
     def weighing(self, sets: np.ndarray, values: np.ndarray) -> np.ndarray:
