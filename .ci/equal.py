@@ -1,4 +1,4 @@
-"""Which studies give the same numbers by two versions of the code: .ci/equal.py BEFORE AFTER, folders of .ci/studies.py.
+"""Studies that give the same numbers by two versions of the code: .ci/equal.py BEFORE AFTER, folders of .ci/studies.py.
 
 A change that only refuses more, or says more, leaves every number as it is. Where those of the small version of a study
 are the same bit for bit, but for measured times, a full run by the code before counts as one by the code after: what is

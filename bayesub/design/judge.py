@@ -178,11 +178,9 @@ class Sensed:
             parameters = judge.parameters(problem, xi)
             with np.errstate(invalid="ignore"):  # what an unknown noise learns of itself takes readings
                 self._jacobians.append(problem.jacobian(parameters) * problem.prior.sd)
-        self._fits = (
-            [None] * len(judge.sets)
-            if judge.rival is None
-            else [_fits(judge, manoeuvre, step_s, *pair) for pair in zip(judge.sets, judge.alike(), strict=True)]
-        )
+        self._fits = [None] * len(judge.sets)
+        if judge.rival is not None:
+            self._fits = [_fits(judge, manoeuvre, step_s, *p) for p in zip(judge.sets, judge.alike(), strict=True)]
 
     def information(self, readings: np.ndarray | slice | None = None) -> list[Information]:
         """What the readings, or those of a mask (n_readings,) or slice alone, tell at each coefficient set."""

@@ -42,15 +42,9 @@ class Derived:
     @cached_property
     def values(self) -> dict[str, dict[str, np.ndarray]]:
         """Quantity -> values (n,) of the reference, the prior and the posterior, of those that are not absent."""
-        return {
-            quantity.name: {
-                "reference": quantity.of(self.reference),
-                "prior": quantity.of(self.prior),
-                "posterior": quantity.of(self.posterior),
-            }
-            for quantity in self.quantities
-            if quantity.name not in self.absent
-        }
+        boats = {"reference": self.reference, "prior": self.prior, "posterior": self.posterior}
+        present = [quantity for quantity in self.quantities if quantity.name not in self.absent]
+        return {quantity.name: {name: quantity.of(some) for name, some in boats.items()} for quantity in present}
 
     @cached_property
     def spiral(self) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:

@@ -82,13 +82,9 @@ class Scores:
         onto[:, k] -= self.information[:, k] / self.information[k, k]
         information = onto @ self.information @ onto.T
         left = np.flatnonzero(np.diag(information) > (1.0 - ALIKE**2) * np.diag(self.information))
-        return Scores(
-            tuple(self.candidates[j] for j in left),
-            (onto @ self.values)[left],
-            information[np.ix_(left, left)],
-            (onto @ self.covariance @ onto.T)[np.ix_(left, left)],
-            self.rms[left],
-        )
+        names, both = tuple(self.candidates[j] for j in left), np.ix_(left, left)
+        covariance = onto @ self.covariance @ onto.T
+        return Scores(names, (onto @ self.values)[left], information[both], covariance[both], self.rms[left])
 
 
 @dataclass(frozen=True)

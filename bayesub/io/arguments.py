@@ -51,7 +51,8 @@ def check_class(what: str, value: Any, *classes: type, key: str) -> Any:
         name = WORDS.get(classes[0].__name__, classes[0].__name__)
         remedy = f"; {MADE_BY[name]} makes one" if name in MADE_BY else ""
         article = "an" if name[0] in "AEIOU" else "a"
-        raise InputError(f"{what} must be {article} {name}, found {value!r:.60}{remedy}", "value", key)
+        found = repr(value) if isinstance(value, str | SupportsFloat | None) else f"a {type(value).__name__}"
+        raise InputError(f"{what} must be {article} {name}, found {found}{remedy}", "value", key)
     return value
 
 

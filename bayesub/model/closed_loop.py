@@ -70,18 +70,10 @@ class Flight:
         span = actuators.kernel_controls(inputs, self_propelled, self.subproblem)
         following = np.concatenate([span[1:], span[-1:]])
         stages = np.stack([span, 0.5 * (span + following), following], axis=1)
-        states, _ = self.vehicle.kernels(self.subproblem).integrate(
-            self._dimensional,
-            self._body,
-            self.state[None],
-            stages,
-            of_dense(np.zeros((*stages.shape[:2], 0, stages.shape[2]))),
-            np.zeros((1, 0)),
-            self.sample,
-            elapsed[1:],
-            np.inf,
-            np.arange(workspace.N_STATES),
-        )
+        unchanged = of_dense(np.zeros((*stages.shape[:2], 0, stages.shape[2]))), np.zeros((1, 0))
+        boat, outputs = (self._dimensional, self._body, self.state[None]), np.arange(workspace.N_STATES)
+        integrate = self.vehicle.kernels(self.subproblem).integrate
+        states, _ = integrate(*boat, stages, *unchanged, self.sample, elapsed[1:], np.inf, outputs)
         return states[0]
 
     def hold(self, orders: dict[str, float], n: int) -> None:

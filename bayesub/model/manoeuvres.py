@@ -122,17 +122,10 @@ def _random_file(seed: int, **changes) -> RandomFile:
 
 
 def _build(file: ManoeuvreFile, vehicle: Vehicle) -> Manoeuvre:
-    times = file.times(vehicle)
-    return of_inputs(
-        file.name,
-        times,
-        file.responses(vehicle, file.orders(vehicle)),
-        np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps),
-        file.initial_state(vehicle),
-        vehicle,
-        subproblem=file.subproblem,
-        description=file.description,
-    )
+    times, inputs = file.times(vehicle), file.responses(vehicle, file.orders(vehicle))
+    rpm, start = np.full(len(times), vehicle.rpm_per_mps * vehicle.speed_mps), file.initial_state(vehicle)
+    about = {"subproblem": file.subproblem, "description": file.description}
+    return of_inputs(file.name, times, inputs, rpm, start, vehicle, **about)
 
 
 def of_inputs(

@@ -477,12 +477,11 @@ def choose_step(vehicle: Vehicle, manoeuvre: Manoeuvre, subproblem: str | None, 
     times = np.linspace(0.0, manoeuvre.duration, 201)
     ladder = steps(vehicle, manoeuvre)
     for step in ladder:
-        coarse, fine = (
-            Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem, attitude=attitude).run(vehicle.xi)[0][
-                0, :, :3
-            ]
+        both_steps = (
+            Simulator(vehicle, manoeuvre, times, dt=dt, subproblem=subproblem, attitude=attitude)
             for dt in (step, step / 2)
         )
+        coarse, fine = (simulator.run(vehicle.xi)[0][0, :, :3] for simulator in both_steps)
         # A vehicle that fails is compared up to its failure.
         both = np.isfinite(coarse[:, 0]) & np.isfinite(fine[:, 0])
         if both.any() and np.linalg.norm(coarse[both] - fine[both], axis=1).max() < STEP_TOLERANCE_M:

@@ -105,11 +105,7 @@ def _scores_table(log: dict) -> Table:
         shares = [f"{100 * share:.0f} %" for share in coverage.values()]
         scores = [cell(channel[key].get(by)) for key in ("crps", "rms") for channel in channels.values()]
         rows.append([by, *shares, *scores])
-    return Table(
-        "Coverage and scores",
-        heads,
-        rows,
-        text="Share of the readings within their bands, continuous ranked probability score (CRPS, less is better) and "
-        "root mean square of readings less mean prediction (rms). Bands of a point (mode, SQP, prior mean) are of the "
-        "noise, and of what the warm-up leaves open.",
-    )
+    text = "Share of the readings within their bands, continuous ranked probability score (CRPS, less is better) and "
+    text += "root mean square of readings less mean prediction (rms). Bands of a point (mode, SQP, prior mean) are of "
+    text += "the noise, and of what the warm-up leaves open."
+    return Table("Coverage and scores", heads, rows, text=text)

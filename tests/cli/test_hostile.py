@@ -14,7 +14,7 @@ import pytest
 import tomli_w
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from support import fuzz, mutations
+from support import fuzz, mutations, small_study
 from support.refusals import refused
 
 import bayesub as bs
@@ -247,9 +247,11 @@ def test_a_row_that_is_short_is_named(row, bayesub, tmp_path):
     log.write_text("\n".join(lines) + "\n7,5,,10\n\n")
     assert bayesub("check", str(log))[0] == 0
     log.write_text("\n".join([*lines[:4], row, *lines[5:]]))
-    status, _, err = bayesub("check", str(log))
-    assert (status, err.count("\n")) == (2, 1)
-    assert "line 5: has 3 cells, expected 4" in err
+    small_study.write(tmp_path / "s.toml", **small_study.LOG)
+    for words in (["check", log], ["run", tmp_path / "s.toml", "-o", tmp_path / "run"]):
+        status, _, err = bayesub(*map(str, words))
+        assert (status, err.count("\n")) == (2, 1)
+        assert "line 5: has 3 cells, expected 4" in err
 
 
 def test_out_of_memory_is_one_line(bayesub, monkeypatch):

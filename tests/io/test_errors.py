@@ -8,6 +8,8 @@ from bayesub.io.errors import nearest
 def test_suggestions():
     assert nearest("Yuvv", ["Yuv", "Nuv"]) == ": did you mean 'Yuv'?"
     assert nearest("rudder", ["Yuv", "Nuv"]) == ""
+    assert nearest("RPM", ["rpm", "time"]) == ": did you mean 'rpm'?"
+    assert nearest("yuV", ["Yuv", "yUv"]) == ": did you mean 'yUv'?"  # the case counts where it can
 
 
 def test_a_name_of_millions_of_characters_is_not_compared():

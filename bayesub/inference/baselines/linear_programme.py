@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from scipy import optimize
@@ -109,15 +110,11 @@ def _programme(form, values, load, bounds, constraints):
         largest = np.abs(row).max()
         rows.append(np.append(row / largest, 0.0)[None])
         uppers.append([(upper - weights @ values) / largest])
+    given: dict[str, Any] = {"A_ub": np.concatenate(rows), "b_ub": np.concatenate(uppers)}
+    given |= {"bounds": [*[(None, None)] * matrix.shape[1], (0.0, None)]}
+    given |= {"options": {f"{kind}_feasibility_tolerance": _TOLERANCE for kind in ("primal", "dual")}}
     for method in _METHODS:
-        result = optimize.linprog(
-            np.append(np.zeros(matrix.shape[1]), 1.0),
-            A_ub=np.concatenate(rows),
-            b_ub=np.concatenate(uppers),
-            bounds=[*[(None, None)] * matrix.shape[1], (0.0, None)],
-            method=method,
-            options={"primal_feasibility_tolerance": _TOLERANCE, "dual_feasibility_tolerance": _TOLERANCE},
-        )
+        result = optimize.linprog(np.append(np.zeros(matrix.shape[1]), 1.0), method=method, **given)
         if result.status == 0:
             return result, back @ result.x[:-1]
         if result.status == _INFEASIBLE:

@@ -1,6 +1,7 @@
 """Sequential quadratic programming on the track, the thesis's method (chapter 7), from random starts."""
 
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 from scipy import optimize
@@ -66,28 +67,18 @@ def sqp(
     def search(start, ask):
         watch = _Watch(ask, tolerances, start)
         try:
-            result = optimize.minimize(
-                watch.objective,
-                start,
-                jac=watch.gradient,
-                method="SLSQP",
-                bounds=limits,
-                options={"maxiter": max_iterations, "ftol": _TOLERANCE},
-            )
+            settings: dict[str, Any] = {"options": {"maxiter": max_iterations, "ftol": _TOLERANCE}, "method": "SLSQP"}
+            result = optimize.minimize(watch.objective, start, jac=watch.gradient, bounds=limits, **settings)
         except _Stop:
             return watch.best[1], "stopped by the tolerances"
         remedy = _REMEDIES.get(result.status)
         return watch.best[1], f"{result.message.strip().rstrip('.')}{f'; {remedy}' if remedy else ''}"
 
+    def answers(questions):
+        return _answer(unknowns, questions, gradients)
+
     starts = unknowns.draw(rng, n_starts, start_spread)
-    return search_from(
-        starts,
-        search,
-        lambda questions: _answer(unknowns, questions, gradients),
-        method="SQP",
-        unknowns=unknowns,
-        progress=progress,
-    )
+    return search_from(starts, search, answers, method="SQP", unknowns=unknowns, progress=progress)
 
 
 class _Stop(Exception):

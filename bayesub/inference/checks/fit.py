@@ -112,12 +112,8 @@ class Criticism:
 
     def to_json(self) -> dict:
         """Everything as JSON types."""
-        return {
-            "fits": self.fits,
-            "false_alarms": self.false_alarms,
-            "n_tests": self.n_tests,
-            "channels": {name: check.to_json() for name, check in self.checks.items()},
-        }
+        content = {key: getattr(self, key) for key in ("fits", "false_alarms", "n_tests")}
+        return content | {"channels": {name: check.to_json() for name, check in self.checks.items()}}
 
 
 def criticise(residuals: dict, times: dict, false_alarms: float = FALSE_ALARMS) -> Criticism:

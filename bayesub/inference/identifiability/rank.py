@@ -68,19 +68,9 @@ class AxisRank:
 
     def summary(self) -> dict:
         """Everything as JSON-able values."""
-        return {
-            "columns": self.columns,
-            "rank": self.rank,
-            "null_dimension": self.null_dimension,
-            "practical_rank": self.practical_rank,
-            "condition": self.condition,
-            "singular_values": self.singular_values.tolist(),
-            "threshold": self.threshold,
-            "gap": self.gap,
-            "null_vectors": list(self.null_vectors),
-            "pivots": list(self.pivots),
-            "weak_vectors": list(self.weak_vectors),
-        }
+        counts = ("columns", "rank", "null_dimension", "practical_rank", "condition", "threshold", "gap")
+        content = {key: getattr(self, key) for key in counts} | {"singular_values": self.singular_values.tolist()}
+        return content | {key: list(getattr(self, key)) for key in ("null_vectors", "pivots", "weak_vectors")}
 
 
 def rank(

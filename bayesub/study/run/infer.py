@@ -277,20 +277,10 @@ def conclude(
     with contextlib.suppress(InputError):  # a trial of which nothing is asked that has a value
         following = prescription(setup, posterior).to_json() if posterior.converged else {}
     kept: dict[str, list[list[float]]] = {quantity.name: [] for quantity in setup.quantities}
-    numbers = write_report(
-        folder,
-        setup.problem,
-        estimates,
-        spectrum,
-        posterior,
-        study=ReportedStudy(
-            study.name, study.question, study.seed, seconds, context.commit, made, context.progress, following
-        ),
-        check=check,
-        predictions=predictions,
-        quantities=[recorded(quantity, kept[quantity.name]) for quantity in setup.quantities],
-        pdf=context.pdf,
-    )
+    about = (study.name, study.question, study.seed, seconds, context.commit, made, context.progress, following)
+    quantities = [recorded(quantity, kept[quantity.name]) for quantity in setup.quantities]
+    found = {"study": ReportedStudy(*about), "check": check, "predictions": predictions, "quantities": quantities}
+    numbers = write_report(folder, setup.problem, estimates, spectrum, posterior, pdf=context.pdf, **found)
     files = [CONFIG, POSTERIOR, ESTIMATES, *(file.name for kind in RECORDS for file in folder.glob(kind))]
     files += [*(f"{LEFT_OUT}/{file.name}" for file in (folder / LEFT_OUT).glob("*.nc"))]
     if kept and not (folder / RESULT).exists():  # a run, after which reports need not run these functions

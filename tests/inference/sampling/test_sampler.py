@@ -192,4 +192,18 @@ def test_the_mode_is_examined_before_a_step_is_taken_and_overflow_is_not_spoken_
 def test_no_steps_are_refused():
     """They would never end."""
     with refused("value", "max_steps"):
-        bs.sample(None, rng=np.random.default_rng(1), max_steps=0)
+        bs.sample(Banana(), rng=np.random.default_rng(1), max_steps=0)
+
+
+def test_ctrl_c_in_a_density_prints_nothing(capsys):
+    """emcee prints a traceback of its own, whatever becomes of the error."""
+
+    class Interrupted(Banana):
+        def log_likelihood(self, parameters):
+            if len(parameters) == 4 * 16:  # of a step
+                raise KeyboardInterrupt
+            return super().log_likelihood(parameters)
+
+    with pytest.raises(KeyboardInterrupt):
+        bs.sample(Interrupted(), rng=np.random.default_rng(3), n_walkers=16)
+    assert capsys.readouterr() == ("", "")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.toys import Banana, Cliff, Linear, Toy, ill_conditioned
 
+import bayesub as bs
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.sampling import surrogate as surrogates
 from bayesub.inference.sampling.geometry import Geometry
@@ -176,3 +177,14 @@ def test_a_long_record_has_a_normal_surrogate_if_it_is_normal(monkeypatch, probl
         squares = np.sum(surrogate.polynomials(geometry.bent(draws)) ** 2, axis=1)
         deviances = -2.0 * problem.log_likelihood(geometry.parameters(draws))
         np.testing.assert_allclose(np.diff(squares), np.diff(deviances), atol=1e-3)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-9, 1e-3])
+def test_data_that_say_nothing_leave_the_prior(scale):
+    """There is nothing that the emulated likelihood could be tempered by."""
+    priors = {"a": bs.priors.normal(1.0, 2.0), "b": bs.priors.normal(0.0, 1.0)}
+    model = bs.LeastSquaresModel(lambda x: scale * x, priors, vectorized=True)
+    posterior = bs.sample(model, rng=np.random.default_rng(1), max_steps=3000)
+    assert posterior.converged
+    np.testing.assert_allclose(posterior.mean, [1.0, 0.0], atol=0.1)
+    np.testing.assert_allclose(posterior.sd, [2.0, 1.0], rtol=0.05)

@@ -5,6 +5,7 @@ import os
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 import pytest
 
 from bayesub.study.run.script import ScriptRun
@@ -106,3 +107,13 @@ def test_what_is_not_finite_is_null(bayesub, tmp_path):
     assert status == 0, (out, err)
     assert (tmp_path / "run" / "numbers.json").read_text() == '{"off_m": [null, 1.0, null]}'
     assert bayesub("report", tmp_path / "run", "--run-code")[0] == 0
+
+
+def test_numbers_of_numpy_are_numbers(run):
+    """Of a part, of a piece and of a cluster; what is no number is not."""
+    made = {"n": np.int64(3), "x": np.float32(0.5), "yes": np.bool_(True), "all": np.arange(3.0)}
+    plain = {"n": 3, "x": 0.5, "yes": True, "all": [0.0, 1.0, 2.0]}
+    assert run.part("made", lambda: made) == plain
+    assert run.repeat("pieces", lambda k: made | {"k": k}, 2)[1] == plain | {"k": 1}
+    with pytest.raises(TypeError, match="part wrong must return JSON types"):
+        run.part("wrong", lambda: {"run": run})

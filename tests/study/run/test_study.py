@@ -433,6 +433,19 @@ def test_a_damaged_file_of_a_run_is_named(copied):
         file.write_text(whole)
 
 
+def test_what_was_changed_after_a_run_is_named(copied):
+    """Its settings and its readings are what its result is of."""
+    for name in ("config.toml", "record.csv"):
+        file = copied.parent / "run" / name
+        whole = file.read_text()
+        file.write_text(whole.replace("seed = 3", "seed = 4") if name == "config.toml" else whole[: len(whole) // 2])
+        assert file.read_text() != whole
+        with refusals.refused("format", name):
+            load_result(file.parent)
+        file.write_text(whole)
+    assert load_result(copied.parent / "run").name == "small"
+
+
 def test_one_coefficient_has_a_report(tmp_path):
     """There is nothing with which it could trade off."""
     path = small_study.write(tmp_path / "one.toml", **small_study.TINY | {"free": {"coefficients": ["Nuu_dr"]}})

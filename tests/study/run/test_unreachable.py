@@ -19,7 +19,7 @@ def test_a_study_that_no_run_ends_well(changes, kind, key, tmp_path, bayesub):
         status, _, err = bayesub(*map(str, words))
         assert (status, err.count("\n")) == (2, 1)
         refusals.check(bayesub.error, kind, key)
-    assert not (tmp_path / "run" / "chain").exists()
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,8 @@ def test_a_manoeuvre_with_a_known_start_needs_no_warm_up(folder):
     (unseen,) = prepared(folder, SIMULATED + '[[check]]\nmanoeuvre = "turning_circle"\n').unseen
     assert unseen.name == "turning_circle"
     assert unseen.warm_up_s == 0.0
+    with refusals.refused("data", "warm_up_s"):
+        prepared(folder, SIMULATED + '[[check]]\nmanoeuvre = "turning_circle"\nwarm_up_s = 1e5\n')
 
 
 def test_the_warm_up_is_some_ship_lengths_with_some_readings(folder):
