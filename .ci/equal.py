@@ -52,7 +52,7 @@ def main(before: str, after: str) -> int:
         print(f"# {now.name}: {len(first)} numbers, {len(others)} differ {others[:3]}", file=sys.stderr)
         n_compared += len(first)
         if not others:
-            same[now.stem] = [digest(then)[:16], digest(now)[:16]]
+            same[now.stem] = [digest(then), digest(now)]
     print(f"n_numbers = {n_compared}\n\n[change.studies]")
     print("\n".join(f'{name} = ["{first}", "{second}"]' for name, (first, second) in same.items()))
     return 0 if same else 1

@@ -9,7 +9,6 @@ from manual.pages import PAGES, ROOT
 from manual.resolver import GIVEN, evaluate, markers
 
 from bayesub.study.run import runs
-from bayesub.study.run.run import read
 
 FIGURES = ROOT / "figures"
 CHANGES = tomllib.loads((FIGURES / "equal.toml").read_text(encoding="utf-8"))["change"]
@@ -55,34 +54,28 @@ def test_figures_are_those_of_full_runs():
 
 
 def flaws(name):
-    """Why the run of a study is not what these sources make; other versions are those of whoever runs the tests.
-
-    Sources count as these if all changes since left the numbers of its small version as they were.
-    """
+    """Why the run of a study is not what these sources make; other versions are those of whoever runs the tests."""
     studies = {path.stem: path for path in runs.study_files(ROOT / "studies")}
     found = runs.flaws(FIGURES / name, studies[name])
     found.pop("versions", None)
-    if "sources" in found:
-        made = tomllib.loads((FIGURES / name / "config.toml").read_text(encoding="utf-8"))["sources_sha256"]
-        if read(studies[name]).config()["sources_sha256"].startswith(counts_as(name, made, CHANGES)):
-            del found["sources"]
     return found
 
 
-def counts_as(name, made, changes):
-    """The digest, or its beginning, as which that of a study's run counts after changes (.ci/equal.py), in order."""
-    for change in changes:
-        before, after = change["studies"].get(name, (made, made))
-        made = after if made.startswith(before) else made
-    return made
-
-
-def test_a_run_counts_as_present_only_from_change_to_change():
-    first, second = {"studies": {"one": ["aa", "bb"]}}, {"studies": {"one": ["bb", "cc"], "two": ["dd", "ee"]}}
-    assert counts_as("one", "aa11", [first, second]) == "cc"
-    assert counts_as("one", "aa11", [second, first]) == "bb"
-    assert counts_as("two", "aa11", [first, second]) == "aa11"
-    assert counts_as("one", "ff11", [first, second]) == "ff11"
+def test_a_run_counts_as_present_only_from_change_to_change(tmp_path):
+    """What .ci/equal.py found to leave the numbers of a study as they were, in the order in which it was changed."""
+    first, second = (
+        '[change.studies]\none = ["aa", "bb"]\n',
+        '[change.studies]\none = ["bb", "cc"]\ntwo = ["dd", "ee"]\n',
+    )
+    for text, name, made, wanted in (
+        (f"[[change]]\n{first}[[change]]\n{second}", "one", "aa", "cc"),
+        (f"[[change]]\n{second}[[change]]\n{first}", "one", "aa", "bb"),
+        (f"[[change]]\n{first}[[change]]\n{second}", "two", "aa", "aa"),
+        (f"[[change]]\n{first}[[change]]\n{second}", "one", "ff", "ff"),
+    ):
+        (tmp_path / "equal.toml").write_text(text)
+        assert runs.counts_as(made, name, tmp_path / "equal.toml") == wanted
+    assert runs.counts_as("aa", "one", tmp_path / "none.toml") == "aa"
 
 
 def test_changes_that_count_as_none_say_why():

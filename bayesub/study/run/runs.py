@@ -14,7 +14,7 @@ from bayesub.study import provenance
 from bayesub.study.run.result import StudyResult, load_result
 from bayesub.study.run.run_folder import CONFIG, saved_config
 
-INDEX = "index.html"
+INDEX, EQUAL = "index.html", "equal.toml"
 _PICTURE = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
 _FUNCTION = re.compile(r"^(def|from) .*\b(compute|draw|claims)\b", re.MULTILINE)  # of a script
 _ORDERS = "orders.png"  # what was done, not what was found
@@ -66,6 +66,7 @@ def flaws(folder: Path, study: Path | None) -> dict[str, str]:
         saved = saved_config(folder) or {}
         if study is None:
             return {"study": "its study is not there"}
+        saved |= {"sources_sha256": counts_as(saved.get("sources_sha256", ""), folder.name, folder.parent / EQUAL)}
         config = read(study, quick=bool(saved.get("quick_run"))).config()
     except InputError as error:
         return {"study": str(error)}
@@ -78,6 +79,14 @@ def flaws(folder: Path, study: Path | None) -> dict[str, str]:
         "study": provenance.study_change(saved, config) if is_comparable else "",
     }
     return {what: text for what, text in found.items() if text}
+
+
+def counts_as(made: str, name: str, file: Path) -> str:
+    """As which the digest of a run's sources counts after the changes of a file, which left its numbers as they were."""
+    for change in toml_files.read_toml_table(file).get("change", ()) if file.exists() else ():
+        before, after = change["studies"].get(name, (made, made))
+        made = after if made == before else made
+    return made
 
 
 def write_index(output: Path, results: Iterable[StudyResult] = ()) -> Path:
