@@ -106,7 +106,8 @@ def prepare(study: Study, *, run_code: bool = False) -> Setup:
         xi = vehicle.xi.copy()
         xi[vehicle.equations.columns(fixed)] = list(fixed.values())
         free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
-        for name in (name for name in study.prior.given if name not in (*free, *fixed)):
+        listed_free = free if isinstance(study.free.coefficients, tuple) else study.prior.given  # of a plane all may be
+        for name in (name for name in study.prior.given if name not in (*listed_free, *fixed)):
             text = f"key 'prior.given.{name}': it is not free, and its mean and sd would be ignored"
             raise InputError(f"{text}; give its value alone, or free it", "conflict", f"prior.given.{name}")
         disturbance = None

@@ -144,5 +144,7 @@ def test_a_prior_that_would_be_ignored_is_refused(tmp_path):
     small_study.write(path, prior={"given": given})
     with refused("conflict", "prior.given.Yur"):
         prepare(load_study(path))
+    small_study.write(path, prior={"given": given}, free={"coefficients": "vertical"}, manoeuvre="vertical")
+    assert "Yur" not in prepare(load_study(path)).problem.names  # as tests in a tank give those of all planes
     small_study.write(path, prior={"given": {"Yur": {"value": 0.01}}})
     assert prepare(load_study(path)).problem.xi[bs.coefficients.INDEX["Yur"]] == 0.01
