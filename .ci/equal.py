@@ -14,9 +14,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+# Keys of times, of what derivatives cost in simulations, which is timed, of ratios to these, and of when and by what.
 MEASURED = re.compile(
-    r"second|_s_|took|price|speed_up|faster|per_core|busy|wall|_ms|rate"
-)  # keys of times and their ratios
+    r"seconds|price|/work$|to_target|per_(effective_)?sample|check/sentence|set_up/(bayesub|begun|time taken)"
+)
 
 
 def leaves(content: Any, place: str = "") -> Iterator[tuple[str, Any]]:
@@ -45,7 +46,7 @@ def main(before: str, after: str) -> int:
     same, n_compared = {}, 0
     for now in sorted(Path(after).glob("studies/**/config.toml")):
         then, now = Path(before) / now.parent.relative_to(after), now.parent
-        if not (then / "numbers.json").exists() or digest(then) == digest(now):
+        if not all((run / "numbers.json").exists() for run in (then, now)) or digest(then) == digest(now):
             continue
         first, second = numbers(then), numbers(now)
         others = sorted(place for place in first | second if first.get(place) != second.get(place))
