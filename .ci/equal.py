@@ -16,7 +16,8 @@ from typing import Any
 
 # Keys of times, of what derivatives cost in simulations, which is timed, of ratios to these, and of when and by what.
 MEASURED = re.compile(
-    r"seconds|price|/work$|to_target|per_(effective_)?sample|check/sentence|set_up/(bayesub|begun|time taken)"
+    r"seconds|per_second|share_simulating|price|/work$|to_target|per_(effective_)?sample|check/sentence"
+    r"|set_up/(bayesub|begun|time taken)"
 )
 
 
