@@ -26,6 +26,7 @@ from bayesub.io import seeds, toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
 from bayesub.io.terminal import Progress, duration
+from bayesub.io.words import listed
 from bayesub.logs import log_files
 from bayesub.model.linear_form import linear_systems, stacked
 from bayesub.model.prescribed import STATES
@@ -57,7 +58,9 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     folder, progress = context.folder, context.progress
     progress.stage("simulate or read the trials")
     refuse_misread(setup, progress)
-    problem = setup.problem
+    problem, given = setup.problem, setup.study.prior.given
+    if idle := [name for name, one in given.items() if one.value is None and name not in problem.names]:
+        progress.remark(f"what [prior.given] says of {listed(idle)} plays no part: not free, and only a value holds it")
     for name, trial in setup.trials.items():
         trial.record.save(folder / (f"record_{name}.csv" if name else "record.csv"))
     for unseen in setup.unseen:

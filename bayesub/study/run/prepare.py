@@ -106,10 +106,6 @@ def prepare(study: Study, *, run_code: bool = False) -> Setup:
         xi = vehicle.xi.copy()
         xi[vehicle.equations.columns(fixed)] = list(fixed.values())
         free = [name for name in study.free.names(vehicle.equations) if name not in fixed]
-        listed_free = free if isinstance(study.free.coefficients, tuple) else study.prior.given  # of a plane all may be
-        for name in (name for name in study.prior.given if name not in (*listed_free, *fixed)):
-            text = f"key 'prior.given.{name}': it is not free, and its mean and sd would be ignored"
-            raise InputError(f"{text}; give its value alone, or free it", "conflict", f"prior.given.{name}")
         disturbance = None
         if study.disturbance is not None:  # of which shares are of the forces of the hull in all trials
             manoeuvres = [flight.trial.manoeuvre for flight in flights if flight.is_fitted]

@@ -55,6 +55,16 @@ def test_a_mode_that_fits_is_not_spoken_of(tmp_path, few_figures):  # noqa: ARG0
 
 
 @pytest.mark.slow
+def test_a_prior_that_plays_no_part_is_spoken_of(tmp_path, few_figures):  # noqa: ARG001
+    """That of a coefficient that is not free; a value holds it where it is."""
+    given = {"Yur": {"mean": 0.01, "sd": 0.001}, "Nur": {"value": -0.002}, "Nuv": {"mean": -0.01, "sd": 0.01}}
+    path = small_study.write(tmp_path / "s.toml", **small_study.TINY | SHORT, prior={"given": given})
+    remarks = Remarks()
+    run(path, tmp_path / "run", progress=remarks)
+    (said,) = [sentence for sentence, _ in remarks.sentences if "[prior.given]" in sentence]
+    assert "of Yur plays no part" in said
+
+
 def test_a_missing_current_is_named_before_sampling(tmp_path, few_figures):  # noqa: ARG001
     """The sentence comes in the stage of sampling, with a study that has the lines to add, and the run goes on."""
     remarks = Remarks()

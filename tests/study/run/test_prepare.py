@@ -136,15 +136,3 @@ def auv_log(tmp_path):
     record = bs.observe(bs.simulate(boat, zigzag, dt=0.1), TRACK, np.random.default_rng(1))
     record.save(tmp_path / "log.csv", zigzag)
     return tmp_path / "log.csv"
-
-
-def test_a_prior_that_would_be_ignored_is_refused(tmp_path):
-    """Of a coefficient that is not free only the value counts."""
-    path, given = tmp_path / "study.toml", {"Yur": {"mean": 0.01, "sd": 0.001}}
-    small_study.write(path, prior={"given": given})
-    with refused("conflict", "prior.given.Yur"):
-        prepare(load_study(path))
-    small_study.write(path, prior={"given": given}, free={"coefficients": "vertical"}, manoeuvre="vertical")
-    assert "Yur" not in prepare(load_study(path)).problem.names  # as tests in a tank give those of all planes
-    small_study.write(path, prior={"given": {"Yur": {"value": 0.01}}})
-    assert prepare(load_study(path)).problem.xi[bs.coefficients.INDEX["Yur"]] == 0.01
