@@ -324,6 +324,7 @@ def test_a_fitted_log_is_refused(run, log, tmp_path, bayesub):
     with open_folder(tmp_path / "of_log", study.config(), study.copies()):
         for name in ("posterior.nc", "estimates.json", "outcome.json"):
             shutil.copy(run / name, tmp_path / "of_log")
+        small_study.forget_config(tmp_path / "of_log")
     copy = log().rename(tmp_path / "copy.csv")
     assert bayesub("predict", tmp_path / "of_log", copy, "-o", tmp_path / "p")[0] == 2
     refusals.check(bayesub.error, "conflict", "check.data")
@@ -345,6 +346,7 @@ def test_folders_that_hold_no_finished_run_are_one_line(run, tmp_path, bayesub, 
     ):
         config = spoiled[name] / "config.toml"
         config.write_text(config.read_text().replace(old, new))
+        small_study.forget_config(spoiled[name])
     assert bayesub("predict", run, "zigzag_10_10", "-o", tmp_path / "done", *COARSE)[0] == 0
     for name, kind, key in (
         ("nothing", "state", "config.toml"),

@@ -417,7 +417,7 @@ CHANGES = {  # what is changed -> file, text there, other text, room, who is sta
         EVERY - {"script"},
     ),
     "numbers for pages": ("findings/run_numbers.py", "100.0", "1000.0", "findings", EVERY - {"script"}),
-    "how numbers are kept": ("study/run/script.py", "found, 9", "found, 8", "study", {"script", "workers"}),
+    "how numbers are kept": ("study/run/script.py", "plain, 9", "plain, 8", "study", {"script", "workers"}),
     "a boat": (
         "data/vehicles/suboff.toml",
         "mass_kg = ",
