@@ -46,7 +46,7 @@ def checked(function: _Function) -> _Function:
 
 
 def check_class(what: str, value: Any, *classes: type, key: str) -> Any:
-    """The value; InputError about the `key` if it is of none of the classes; the message begins with `what` it is."""
+    """The value; InputError about the `key` if it is of no such class; the message begins with `what` it is."""
     if not isinstance(value, classes):
         name = WORDS.get(classes[0].__name__, classes[0].__name__)
         remedy = f"; {MADE_BY[name]} makes one" if name in MADE_BY else ""
