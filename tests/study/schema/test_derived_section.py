@@ -141,6 +141,7 @@ def _spoil(run, code, text):
     before = hashlib.sha256(code.read_bytes()).hexdigest()
     after = hashlib.sha256(text.encode()).hexdigest()
     (run / "config.toml").write_text(config.replace(before, after))
+    small_study.forget_config(run)
     code.write_text(text)
     return code.rename(code.with_name(code.name.replace(before[:12], after[:12])))
 
