@@ -52,8 +52,8 @@ def main(before: str, after: str) -> int:
         first, second = numbers(then), numbers(now)
         others = sorted(place for place in first | second if first.get(place) != second.get(place))
         print(f"# {now.name}: {len(first)} numbers, {len(others)} differ {others[:3]}", file=sys.stderr)
-        n_compared += len(first)
         if not others:
+            n_compared += len(first)
             same[now.stem] = [digest(then), digest(now)]
     print(f"n_numbers = {n_compared}\n\n[change.studies]")
     print("\n".join(f'{name} = ["{first}", "{second}"]' for name, (first, second) in same.items()))
