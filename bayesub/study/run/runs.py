@@ -84,7 +84,7 @@ def flaws(folder: Path, study: Path | None) -> dict[str, str]:
 def counts_as(made: str, name: str, file: Path) -> str:
     """As which the digest of a run's sources counts after changes, of a file, that left its numbers as they were."""
     for change in toml_files.read_toml_table(file).get("change", ()) if file.exists() else ():
-        before, after = change["studies"].get(name, (made, made))
+        before, after = change.get("studies", {}).get(name, (made, made))
         made = after if made == before else made
     return made
 

@@ -54,7 +54,6 @@ def test_a_mode_that_fits_is_not_spoken_of(tmp_path, few_figures):  # noqa: ARG0
     assert mode["values"].keys() == {"Xuu", "Yuv", "Nuv", "Yuu_dr"}
 
 
-@pytest.mark.slow
 def test_a_prior_that_plays_no_part_is_spoken_of(tmp_path, few_figures):  # noqa: ARG001
     """That of a coefficient that is not free; a value holds it where it is."""
     given = {"Yur": {"mean": 0.01, "sd": 0.001}, "Nur": {"value": -0.002}, "Nuv": {"mean": -0.01, "sd": 0.01}}
@@ -65,6 +64,7 @@ def test_a_prior_that_plays_no_part_is_spoken_of(tmp_path, few_figures):  # noqa
     assert "of Yur plays no part" in said
 
 
+@pytest.mark.slow
 def test_a_missing_current_is_named_before_sampling(tmp_path, few_figures):  # noqa: ARG001
     """The sentence comes in the stage of sampling, with a study that has the lines to add, and the run goes on."""
     remarks = Remarks()
