@@ -23,7 +23,7 @@ from at_sea import plots
 from at_sea.disturbances import PUSHED, STILL, disturbed
 from bayesub.report.markdown import columns
 from thesis import cases
-from wrong_coefficients.open_sets import null_moves, open_set, random_sets, tracks
+from wrong_coefficients.open_sets import null_moves, open_sets, random_sets, tracks
 
 DATA = {"one manoeuvre": (1, 20), "10 manoeuvres": (10, 8)}  # manoeuvres, and sets
 # Quick: half a minute, because kernels of six degrees of freedom with forces from outside are compiled.
@@ -56,9 +56,8 @@ def of_vehicle(run, vehicle, data, n_unseen):
     simulators = list(cases.unseen(boat, n_seen + n_unseen))
     sets = {}
     for kind, (n, n_sets) in data.items():
-        run.progress.stage(f"{vehicle}: {kind}")
-        draws = run.repeat(f"sets_{vehicle}_{n}", partial(open_set, vehicle, n), n_sets)
-        sets[kind] = np.array([one["xi"] for one in draws])
+        (found,) = run.parts(f"{vehicle}: {kind}", {"sets": partial(open_sets, vehicle, n, n_sets)}).values()
+        sets[kind] = np.array(found["xi"])
     run.progress.stage(f"{vehicle}: fly")
     names = tracks(boat, simulators[:1]).names
     sets |= {NULL: null_moves(boat, names)} | random_sets(boat, RANDOM, data["one manoeuvre"][1])

@@ -31,20 +31,16 @@ def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     conflict = find_conflict(prior, posterior.draws, names)
     known = posterior.known_before(prior)
     edges = np.sort([known.quantiles(p) for p in _EDGES], axis=0)
-    places = [names.index(name) for name in conflict.named]
+    after = posterior.quantiles(_EDGES)
+    named = [
+        {"name": name, "sds": abs(sds), "prior": edges[:, k].tolist(), "posterior": after[:, k].tolist()}
+        for k, (name, sds) in zip(map(names.index, conflict.named), conflict.named.items(), strict=True)
+    ]
     return {
         "found": conflict.disagree,
         "refuted": conflict.refuted,
         "p_value": conflict.p_value,
-        "named": [
-            {
-                "name": names[k],
-                "sds": abs(conflict.named[names[k]]),
-                "prior": edges[:, k].tolist(),
-                "posterior": posterior.quantiles(_EDGES)[:, k].tolist(),
-            }
-            for k in places
-        ],
+        "named": named,
         "probability": conflict.probability,
         "n_directions": conflict.n_directions,
         "scales": list(_scales(prior, names, posterior.draws)),

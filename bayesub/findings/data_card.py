@@ -72,18 +72,10 @@ class DataCard:
     def to_json(self) -> dict:
         """Everything but the times of the readings."""
         channels = [
-            {
-                "name": c.name,
-                "column": c.column,
-                "n_readings": len(c.times),
-                "first_s": float(c.times[0]),
-                "last_s": float(c.times[-1]),
-                "interval_s": c.interval_s,
-                "gaps_s": [list(gap) for gap in c.gaps],
-                "outlier_candidates_s": c.outliers.tolist(),
-                "n_directions": c.n_directions,
-                "contraction": dict(zip(self.names, c.contraction.tolist(), strict=True)),
-            }
+            {key: getattr(c, key) for key in ("name", "column", "interval_s", "n_directions")}
+            | {"n_readings": len(c.times), "first_s": float(c.times[0]), "last_s": float(c.times[-1])}
+            | {"gaps_s": [list(gap) for gap in c.gaps], "outlier_candidates_s": c.outliers.tolist()}
+            | {"contraction": dict(zip(self.names, c.contraction.tolist(), strict=True))}
             for c in self.channels
         ]
         together = dict(zip(self.names, self.contraction.tolist(), strict=True))

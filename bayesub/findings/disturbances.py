@@ -115,17 +115,12 @@ def numbers(problem: AnyProblem, draws: np.ndarray, forces: list[InferredForces]
         name.replace("_disturbance", ""): _of_process(problem, draws, name, time, 1.0)
         for name, time in unknown.times.items()
     }
+    sds = {a: _of_process(problem, draws, f"sd_disturbance_{a}", unknown.sds[a], scales[a]) for a in unknown.axes}
     return {
         "kind": unknown.kind,
         "knot_interval_s": first.disturbances.knots.interval,
         **times,
-        "sds": [
-            {
-                "axis": a,
-                f"sd_{_suffix(a)}": _of_process(problem, draws, f"sd_disturbance_{a}", unknown.sds[a], scales[a]),
-            }
-            for a in unknown.axes
-        ],
+        "sds": [{"axis": a, f"sd_{_suffix(a)}": sds[a]} for a in unknown.axes],
         "trials": [{"name": one.trial, "axes": _axes(one)} for one in forces],
         "regressors_tried": len(all_scores.candidates),
         "false_alarms": FALSE_ALARMS,

@@ -100,19 +100,14 @@ def _parameters(problem, posterior, others) -> list[dict]:
     q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
     columns = {
         "reference": problem.reference[problem.others],
-        "prior_mean": posterior.prior_mean,
-        "prior_sd": posterior.prior_sd,
-        "mean": posterior.mean,
-        "sd": posterior.sd,
+        **{name: getattr(posterior, name) for name in ("prior_mean", "prior_sd", "mean", "sd")},
         "q5": q5,
         "median": q50,
         "q95": q95,
         "contraction": posterior.contraction,
         "relative_sd": posterior.sd / np.abs(posterior.mean),
         **others,
-        "rhat": posterior.rhat,
-        "bulk_ess": posterior.bulk_ess,
-        "tail_ess": posterior.tail_ess,
+        **{name: getattr(posterior, name) for name in ("rhat", "bulk_ess", "tail_ess")},
         "tau_steps": posterior.tau.max(axis=0),
     }
     values = zip(*(column.tolist() for column in columns.values()), strict=True)

@@ -2,9 +2,11 @@
 
 import functools
 import inspect
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import NoneType, UnionType
-from typing import Any, SupportsFloat, TypeVar, cast, get_args
+from typing import Any, SupportsFloat, TypeVar, cast, get_args, get_origin
 
 from bayesub.io.errors import InputError
 
@@ -21,16 +23,24 @@ MADE_BY = {  # class -> what makes one
     "JointProblem": "bs.JointProblem({'north': problem, ..})",
     "Posterior": "bs.sample(problem, rng=rng)",
     "Problem": "bs.Problem(vehicle, manoeuvre, record, ..)",
+    "Move": "emcee.moves.StretchMove()",
     "Generator": "np.random.default_rng(1)",
 }
-WORDS = {"SupportsFloat": "number", "Mapping": "dictionary", "Iterable": "list of names", "Emulated": "Problem"}
+WORDS = {
+    "SupportsFloat": "number",
+    "PathLike": "path or name",
+    "Callable": "function",
+    "Mapping": "dictionary",
+    "Iterable": "list of names",
+    "Emulated": "Problem",
+}
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def checked(function: _Function) -> _Function:
     """The function, which raises an InputError for an argument that is of no class that its annotation names.
 
-    Looked at are numbers, and classes that :data:`MADE_BY` has; all else is left to the function.
+    Looked at are numbers, paths, functions, dictionaries and the classes of :data:`MADE_BY`, and nothing else.
     """
     wanted = {name: _classes(one.annotation) for name, one in inspect.signature(function).parameters.items()}
     title = function.__qualname__.removesuffix(".__init__")
@@ -59,6 +69,10 @@ def check_class(what: str, value: Any, *classes: type, key: str) -> Any:
 def _classes(annotation: object) -> tuple[type, ...]:
     """The classes that an argument may have; none if it is not looked at."""
     kinds = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
-    named = [SupportsFloat if kind is float else kind for kind in kinds]
-    known = all(kind in (NoneType, SupportsFloat) or getattr(kind, "__name__", "") in MADE_BY for kind in named)
+    kinds = tuple(get_origin(kind) or kind for kind in kinds)
+    plain: dict[Any, Any] = {float: SupportsFloat, int: SupportsFloat, Path: os.PathLike, NoneType: NoneType}
+    plain |= {Callable: Callable, Mapping: Mapping} | ({str: str} if Path in kinds else {})
+    named = [plain.get(kind, kind) for kind in kinds]
+    named.sort(key=lambda kind: kind in (str, NoneType))  # the first is what a message asks for
+    known = all(kind in plain or getattr(kind, "__name__", "") in MADE_BY for kind in kinds)
     return tuple(cast(list[type], named)) if known and named != [NoneType] else ()

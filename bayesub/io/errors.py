@@ -79,8 +79,9 @@ def check_known(name: str, valid: Collection[str], message: str, *, hint: str = 
 
 def nearest(name: str, valid: Iterable[str], hint: str = "") -> str:
     """``": did you mean 'Yuv'?"`` for a mistyped name, or the empty string; with a hint behind it."""
-    lower = {one.lower(): one for one in valid} if len(name) <= LONGEST else {}
-    close = difflib.get_close_matches(name, lower.values(), n=1) if lower else []
+    names = list(valid) if len(name) <= LONGEST else []
+    lower = {one.lower(): one for one in names}
+    close = difflib.get_close_matches(name[:LONGEST], names, n=1)
     if close := close or [lower[one] for one in difflib.get_close_matches(name.lower()[:LONGEST], lower, n=1)]:
         return f": did you mean '{close[0]}'?" + (f" {hint[:1].upper()}{hint[1:]}" if hint else "")
     return f"; {hint}" if hint else ""

@@ -6,6 +6,7 @@ equation set are lane functions (:mod:`bayesub.kernels.lanes`), which the loops 
 
 import functools
 import importlib
+import os
 import pickle
 import platform
 import sys
@@ -31,6 +32,9 @@ from bayesub.kernels.workspace import LANES
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 keep_freed_memory()
+# Threads of OpenMP sleep until the next loop. By default they spin, and beside a busy process each of the many short
+# loops of a search then waits for a core.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 INTERPRETED = bool(numba.config.DISABLE_JIT)  # type: ignore[attr-defined]  # made by numba when it is imported
 _EXACT: dict[str, Any] = {"error_model": "numpy"}
 _SETTINGS = _EXACT | {"fastmath": {"contract"}}

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayesub.io import toml_files
 from bayesub.io.arguments import checked
+from bayesub.io.equality import ByContent
 from bayesub.io.errors import InputError, error_source
 from bayesub.logs import log_files
 from bayesub.model.actuator import with_water
@@ -17,8 +18,8 @@ from bayesub.model.prescribed import Prescribed
 from bayesub.model.vehicles import Vehicle
 
 
-@dataclass(frozen=True)
-class Manoeuvre:
+@dataclass(frozen=True, eq=False)
+class Manoeuvre(ByContent):
     """A control history, the same for every coefficient set that flies it.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bayesub.io.equality import ByContent
 from bayesub.io.notebook import Displayed
 from bayesub.logs import log_files
 from bayesub.logs.log_files import ACCELERATIONS
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
     from bayesub.model.simulator import Simulator
 
 
-@dataclass(frozen=True)
-class Trajectory(Displayed):
+@dataclass(frozen=True, eq=False)
+class Trajectory(ByContent, Displayed):
     """Simulated motion of a batch.
 
     Attributes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayesub.io import toml_files
+from bayesub.io.equality import ByContent
 from bayesub.io.errors import InputError, error_source
 from bayesub.io.notebook import Displayed
 from bayesub.kernels import workspace
@@ -36,8 +37,8 @@ _COASTS = 0.8  # speed in the last fifth of a log over that in the first, below 
 _SPEEDS = ("u", "v", "w", "u_ground", "v_ground", "w_ground", "north", "east", "down", "sog", "stw")
 
 
-@dataclass(frozen=True)
-class Vehicle(Displayed):
+@dataclass(frozen=True, eq=False)
+class Vehicle(ByContent, Displayed):
     """A vehicle in SI units and radians.
 
     Attributes
@@ -73,10 +74,6 @@ class Vehicle(Displayed):
     def __post_init__(self):
         for array in (self.body, self.xi, self.sd):
             array.setflags(write=False)
-
-    def __eq__(self, other):
-        """Whether another vehicle has the same content, wherever it was loaded."""
-        return isinstance(other, Vehicle) and _content(self) == _content(other)
 
     @cached_property
     def dimensional_factors(self) -> np.ndarray:
@@ -179,15 +176,6 @@ class Vehicle(Displayed):
             if self.equations.degrees_of_freedom == 6:
                 idle |= {"xG"}
         return frozenset(idle)
-
-
-def _content(value):
-    """What can be compared, of dataclasses that hold arrays."""
-    if isinstance(value, np.ndarray):
-        return value.shape, value.tobytes()
-    if is_dataclass(value):
-        value = tuple(getattr(value, field.name) for field in fields(value))
-    return tuple(map(_content, value)) if isinstance(value, tuple) else value
 
 
 def _loses_speed(log: Mapping[str, np.ndarray]) -> bool:

@@ -203,10 +203,18 @@ class PosteriorDensity(Viewed):
 
     def batch(self, parameters: np.ndarray) -> np.ndarray:
         """Parameters (n_params,) or (n_batch, n_params) as a batch; InputError if they are of another number."""
-        if (found := np.shape(parameters))[-1:] != (self.n_params,) or len(found) > 2:
-            text = f"parameters must have the shape ({self.n_params},) or (n, {self.n_params}), found {found}; the"
-            raise InputError(f"{text} order is that of the problem's names", "value", "parameters")
+        self._check_shape(parameters, 2, f"({self.n_params},) or (n, {self.n_params})")
         return np.atleast_2d(parameters)
+
+    def vector(self, parameters: np.ndarray) -> np.ndarray:
+        """Parameters (n_params,); InputError if they are of another number or a batch."""
+        self._check_shape(parameters, 1, f"({self.n_params},)")
+        return np.asarray(parameters)
+
+    def _check_shape(self, parameters, most_axes, wanted):
+        if (found := np.shape(parameters))[-1:] != (self.n_params,) or len(found) > most_axes or 0 in found:
+            text = f"parameters must have the shape {wanted}, found {found}; the order is that of the problem's names"
+            raise InputError(text, "value", "parameters")
 
     def coefficient_sets(self, parameters: np.ndarray) -> np.ndarray:
         """(n_batch, n_terms) coefficient sets with the free columns taken from parameters (n_batch, n_params)."""

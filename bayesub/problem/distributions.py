@@ -7,35 +7,17 @@ of three. All coordinates of the sampler stand in one table in :mod:`bayesub.inf
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import wraps
 from itertools import count, groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-
-def same(one: Any, other: Any) -> bool:
-    """Whether two dataclasses of one kind hold the same numbers; arrays are the same if all their numbers are.
-
-    Also two sequences or mappings of such, and arrays or anything else that is compared.
-    """
-    if one is other:
-        return True
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, np.ndarray):
-        return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
-    if isinstance(one, (tuple, list)):
-        return len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
-    if is_dataclass(one):
-        return all(same(getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
-    return one == other
+from bayesub.io.equality import ByContent
 
 
-class Prior:
+class Prior(ByContent):
     """Common base of the priors of this module."""
 
     if TYPE_CHECKING:  # attributes of some priors, properties of others
@@ -47,12 +29,6 @@ class Prior:
         @property
         def sd(self) -> np.ndarray:
             """(n_params,) of each parameter by itself."""
-
-    def __eq__(self, other: object) -> bool:
-        return same(self, other) if type(other) is type(self) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(type(self))  # arrays have none
 
     @property
     def guess(self) -> np.ndarray:

@@ -161,7 +161,8 @@ class JointProblem(PosteriorDensity):
     def jacobian(self, parameters: np.ndarray) -> np.ndarray:
         """(n_rows, n_params), trial after trial."""
         blocks = [
-            (problem.jacobian(values), self._places[trial]) for trial, problem, values in self.each_trial(parameters)
+            (problem.jacobian(values), self._places[trial])
+            for trial, problem, values in self.each_trial(self.vector(parameters))
         ]
         return _stacked(blocks, self.n_params)
 
@@ -176,7 +177,7 @@ class JointProblem(PosteriorDensity):
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """Axis -> linear form in the free coefficients at parameters (n_params,), the trials below one another."""
-        systems = [problem.linear_systems(values) for _, problem, values in self.each_trial(parameters)]
+        systems = [problem.linear_systems(values) for _, problem, values in self.each_trial(self.vector(parameters))]
         return stacked(systems, self.equations.names)
 
     def of_trials(self, change: Callable[[TrialProblem], TrialProblem]) -> "JointProblem":

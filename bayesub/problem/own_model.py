@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError, check_known
 from bayesub.problem.base import Costs
 from bayesub.problem.distributions import Joint, Normal, Prior
@@ -180,6 +181,7 @@ class LeastSquaresModel(Model):
     vectorized : whether `residuals` takes (n_batch, n_params) and gives (n_batch, n_rows), which is many times as fast
     """
 
+    @checked
     def __init__(
         self,
         residuals: Function,
@@ -321,6 +323,7 @@ class DensityModel(Model):
     vectorized : whether both take (n_batch, n_params) and give (n_batch,) and (n_batch, n_params)
     """
 
+    @checked
     def __init__(
         self,
         log_likelihood: Function,
@@ -453,9 +456,8 @@ def _zeroed(derivatives) -> np.ndarray:
 
 def _joint(priors) -> Prior:
     """The prior of all parameters, the normal ones as one part."""
-    if not isinstance(priors, Mapping) or not priors:
-        text = "model: priors must be a mapping of names to priors, of one parameter at least"
-        raise InputError(text, "missing", "priors")
+    if not priors:
+        raise InputError("model: priors must have one parameter at least", "missing", "priors")
     parts: list[Prior] = []
     for name, given in priors.items():
         if not isinstance(name, str):

@@ -13,33 +13,18 @@ from typing import SupportsFloat
 import numpy as np
 
 from bayesub.io.arguments import check_class
+from bayesub.io.equality import ByContent
 from bayesub.io.errors import InputError, check_known, error_source
 from bayesub.model.equations import EquationSet
 from bayesub.model.vehicles import Vehicle
-from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform, same
+from bayesub.problem.distributions import CorrelatedNormal, Joint, LogNormal, Normal, Prior, Uniform
 from bayesub.problem.shared_scale import SharedScale
 
 __all__ = [
-    "CoefficientPrior",
-    "CorrelatedNormal",
-    "Given",
-    "Joint",
-    "LogNormal",
-    "Normal",
-    "Prior",
-    "SharedScale",
-    "Spread",
-    "Uniform",
-    "from_vehicle",
-    "log_normal",
-    "normal",
-    "perturbed",
-    "relative_hierarchical",
-    "relative_log_normal",
-    "relative_normal",
-    "relative_uniform",
-    "uniform",
-]
+    "CoefficientPrior", "CorrelatedNormal", "Given", "Joint", "LogNormal", "Normal", "Prior", "SharedScale", "Spread",
+    "Uniform", "from_vehicle", "log_normal", "normal", "perturbed", "relative_hierarchical", "relative_log_normal",
+    "relative_normal", "relative_uniform", "uniform",
+]  # fmt: skip
 
 # Widths of priors, over the size of what they are about and by themselves: a narrower one is a fixed value, whose
 # sensitivities in units of the width are rounding errors, and a wider one says nothing that a number can hold.
@@ -48,14 +33,8 @@ WIDEST_SPREAD = {"sd": 1e6, "half_width": 1e6, "log_sd": 10.0}  # relative; ten 
 SCALES = 4.0 ** np.linspace(-1.0, 1.0, 65)  # times the middle one, each as probable, of :func:`relative_hierarchical`
 
 
-class CoefficientPrior:
+class CoefficientPrior(ByContent):
     """A rule that gives any set of free coefficients its prior: a :class:`Spread`, or :class:`Given` values."""
-
-    def __eq__(self, other: object) -> bool:
-        return same(self, other) if type(other) is type(self) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(type(self))  # arrays have none
 
     def check(self, names: Sequence[str]) -> None:
         """Raise an InputError if the prior is of a coefficient that is not among the `names` of a set's."""

@@ -116,7 +116,7 @@ class FlownTrial(PosteriorDensity):
 
     def linear_systems(self, parameters: np.ndarray) -> dict[str, LinearSystem]:
         """Axis -> linear form in the free coefficients, of the body, start and motion of parameters (n_params,)."""
-        trajectory = self.forward.trajectory(*self.arguments(parameters))
+        trajectory = self.forward.trajectory(*self.arguments(self.vector(parameters)))
         return linear_systems(trajectory, free=self.names[: len(self.columns)])
 
 
@@ -250,6 +250,7 @@ class TrialProblem(FlownTrial):
 
         They are those of the discretised motion, to round-off; not a number where the simulation failed.
         """
+        parameters = self.vector(parameters)
         if not self.histories:
             return self.jacobian_of_others(parameters)
         from bayesub.kernels.kalman import respond  # loads the compiler

@@ -24,27 +24,7 @@ from bayesub.sensors.record import Channel, Record
 from bayesub.sensors.sensor import KINDS, QUANTITIES, Sensor, flat, modified, register
 
 __all__ = [
-    "ADCP",
-    "DVL",
-    "GPS",
-    "INS",
-    "KINDS",
-    "QUANTITIES",
-    "Channel",
-    "Compass",
-    "Instrument",
-    "Pressure",
-    "Record",
-    "Sensor",
-    "Track",
-    "autosub",
-    "flat",
-    "modified",
-    "observe",
-    "over_ground",
-    "register",
-    "thesis_rounding",
-    "tracking_range",
-    "unread",
-    "velocity",
-]
+    "ADCP", "DVL", "GPS", "INS", "KINDS", "QUANTITIES", "Channel", "Compass", "Instrument", "Pressure", "Record",
+    "Sensor", "Track", "autosub", "flat", "modified", "observe", "over_ground", "register", "thesis_rounding",
+    "tracking_range", "unread", "velocity",
+]  # fmt: skip

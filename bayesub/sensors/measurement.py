@@ -265,10 +265,13 @@ def observe(
         readings, which keep the sd of their sensor as their weight.
     current_mps : a constant current to north and east, besides that of the disturbance of the trajectory
     """
+    if member not in range(len(trajectory.status)):
+        text = f"member must be one of the {len(trajectory.status)} of the trajectory, from 0 on, found {member!r}"
+        raise InputError(text, "value", "member")
     if trajectory.status[member] != "ok":
         raise InputError(f"a simulation that {trajectory.status[member]} cannot be measured", "model", "trajectory")
-    if len(current_mps) != 2 or not np.isfinite(current_mps).all():
-        text = f"current_mps must be two finite numbers, north and east, found {tuple(current_mps)}"
+    if np.shape(current_mps) != (2,) or not np.isfinite(current_mps).all():
+        text = f"current_mps must be two finite numbers, north and east, found {current_mps!r}"
         raise InputError(text, "value", "current_mps")
     sensors, duration = flat(sensors), trajectory.times[-1]
     channels = unread(sensors, duration).channels

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bayesub.io.equality import ByContent
 from bayesub.io.errors import InputError
 from bayesub.logs import log_files
 from bayesub.model.disturbance import ForceHistory
@@ -20,8 +21,8 @@ _SHARED = 0.25  # of such runs; without noise two trials may begin alike
 _SLACK = 0.05  # turns by which noise may push a heading beyond the ends of the turn to which a log confines it
 
 
-@dataclass(frozen=True)
-class Channel:
+@dataclass(frozen=True, eq=False)
+class Channel(ByContent):
     """Readings of one quantity, all in SI units and radians."""
 
     quantity: str  # short name, a key of :data:`bayesub.sensors.QUANTITIES`
@@ -88,8 +89,8 @@ def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel
     return Channel(sensor.quantity, times, values, *sizes, *place, direction=direction, instrument=instrument)
 
 
-@dataclass(frozen=True)
-class Record:
+@dataclass(frozen=True, eq=False)
+class Record(ByContent):
     """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings.
 
     Attributes

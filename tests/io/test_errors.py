@@ -9,6 +9,7 @@ def test_suggestions():
     assert nearest("Yuvv", ["Yuv", "Nuv"]) == ": did you mean 'Yuv'?"
     assert nearest("rudder", ["Yuv", "Nuv"]) == ""
     assert nearest("RPM", ["rpm", "time"]) == ": did you mean 'rpm'?"
+    assert nearest("vv", ["v", "V"]) == ": did you mean 'v'?"
     assert nearest("yuV", ["Yuv", "yUv"]) == ": did you mean 'yUv'?"  # the case counts where it can
 
 

@@ -1,4 +1,4 @@
-"""What a process frees it keeps for its next arrays."""
+"""What a process frees it keeps for its next arrays, and its threads sleep between loops."""
 
 import os
 import subprocess
@@ -45,3 +45,10 @@ def test_another_library_or_an_environment_that_decides_is_left_alone(monkeypatc
     monkeypatch.delenv("MALLOC_ARENA_MAX")
     monkeypatch.setattr(memory.sys, "platform", "darwin")
     assert not memory.keep_freed_memory()
+
+
+@pytest.mark.parametrize(("given", "used"), [({}, "passive"), ({"OMP_WAIT_POLICY": "active"}, "active")])
+def test_threads_wait_asleep_unless_the_environment_decides(given, used):
+    environment = {key: value for key, value in os.environ.items() if key != "OMP_WAIT_POLICY"} | given
+    command = [sys.executable, "-c", "import os, bayesub.kernels.jit; print(os.environ['OMP_WAIT_POLICY'])"]
+    assert subprocess.run(command, env=environment, capture_output=True, check=True, text=True).stdout.strip() == used

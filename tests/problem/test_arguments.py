@@ -75,6 +75,18 @@ OF_FUNCTIONS = {
     "a width in words": (lambda _: bs.priors.relative_normal("wide"), "sd"),
     "a number as prior": (lambda _: bs.priors.Given(PRIOR, {"Xuu": -0.001}), "Xuu"),
     "no parameters": (lambda p: bs.identifiability.fisher(p, None), "at"),
+    "a batch of parameters": (lambda p: p.jacobian(np.ones((2, 2))), "parameters"),
+    "an empty batch": (lambda p: p.residuals(np.ones((0, 2))), "parameters"),
+    "a member that there is not": (lambda p: bs.observe(p.trajectory(np.ones(2)), TRACK, None, member=1), "member"),
+    "a member in words": (lambda p: bs.observe(p.trajectory(np.ones(2)), TRACK, None, member="one"), "member"),
+    "the name of a move": (lambda p: bs.sample(p, rng=np.random.default_rng(1), moves="stretch"), "moves"),
+    "walkers in words": (lambda p: bs.sample(p, rng=np.random.default_rng(1), n_walkers="many"), "n_walkers"),
+    "a criterion in words": (lambda _: bs.Criteria(ess="many"), "ess"),
+    "no study": (lambda _: bs.load_study(None), "path"),
+    "a number as study to run": (lambda _: bs.run("study.toml", 3), "folder"),
+    "a number as run to export": (lambda _: bs.export(3, "boat.toml"), "folder"),
+    "a number as residuals": (lambda _: bs.LeastSquaresModel(3, {"a": bs.priors.normal(0.0, 1.0)}), "residuals"),
+    "a list of priors": (lambda _: bs.DensityModel(len, ["a"]), "priors"),
 }
 
 
@@ -93,6 +105,18 @@ def test_vectors_of_another_length(method, n, problem):
         getattr(problem, method)(np.ones(n))
     with refused("value", "parameters"):
         getattr(problem, method)(np.ones((2, n)))
+
+
+def test_what_holds_the_same_numbers_is_equal(boat, spiral, record):
+    """And can be looked for in a list, or be a key."""
+    again = bs.load_manoeuvre("horizontal", boat)
+    flown = bs.simulate(boat, spiral)
+    assert spiral == again
+    assert spiral in {again: None}
+    assert flown == bs.simulate(boat, again)
+    assert record == bs.observe(flown, TRACK, np.random.default_rng(1))
+    assert record != bs.observe(flown, TRACK, np.random.default_rng(2))
+    assert spiral not in [bs.load_manoeuvre("vertical", boat), "horizontal", None]
 
 
 def test_vectors_of_another_length_of_several_trials(problem):

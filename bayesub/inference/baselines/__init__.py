@@ -16,13 +16,6 @@ from bayesub.inference.baselines.sqp import sqp
 from bayesub.inference.baselines.trust_region import trust_region
 
 __all__ = [
-    "Estimate",
-    "continuation",
-    "gauss_newton",
-    "linear_least_squares",
-    "linear_programme",
-    "posterior_mode",
-    "smoothed_regression",
-    "sqp",
-    "trust_region",
-]
+    "Estimate", "continuation", "gauss_newton", "linear_least_squares", "linear_programme", "posterior_mode",
+    "smoothed_regression", "sqp", "trust_region",
+]  # fmt: skip

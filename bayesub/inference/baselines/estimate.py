@@ -1,12 +1,26 @@
 """The result of a baseline."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bayesub.inference.interface import CostCounter
 from bayesub.io.notebook import Displayed
 
 _ARRAYS = ("solutions", "costs", "covariance", "starts", "efforts")
+
+
+def meter(costs: CostCounter) -> Callable[[], dict]:
+    """A function that says what has been spent since now, as an :class:`Estimate` has it."""
+    began, simulations, jacobians = time.perf_counter(), costs.simulations, costs.jacobians
+
+    def spent():
+        counts = {"evaluations": costs.simulations - simulations, "jacobians": costs.jacobians - jacobians}
+        return counts | {"seconds": time.perf_counter() - began}
+
+    return spent
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,8 @@
 """Gauss-Newton with the prior as extra residuals: the posterior mode and its Laplace approximation."""
 
-import time
-
 import numpy as np
 
-from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.baselines.estimate import Estimate, meter
 from bayesub.inference.identifiability.linalg import complete_svd, triangle
 from bayesub.inference.identifiability.linear_model import LinearModel
 from bayesub.inference.interface import Searchable
@@ -38,8 +36,7 @@ def gauss_newton(
     jump of the forces, undamped steps stay long. The Estimate has the covariance of the Laplace approximation, of all
     parameters that are no white coordinates; its cost is the minimised sum of squares. ValueError if the start fails.
     """
-    began, before = time.perf_counter(), (problem.costs.simulations, problem.costs.jacobians)
-    prior = problem.prior
+    spent, prior = meter(problem.costs), problem.prior
     t = np.zeros(problem.n_params) if start is None else prior.standard(np.asarray(start))
     (residuals,), (cost,) = _misfit(problem, t[None])
     status = f"stopped after {max_iterations} iterations; start nearer to the truth or narrow the prior"
@@ -84,9 +81,7 @@ def gauss_newton(
         costs=np.array([cost]),
         statuses=(status,),
         covariance=slopes @ (vt.T / (s**2 + 1.0)) @ vt @ slopes.T,
-        evaluations=problem.costs.simulations - before[0],
-        jacobians=problem.costs.jacobians - before[1],
-        seconds=time.perf_counter() - began,
+        **spent(),
     )
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.baselines.estimate import Estimate, meter
 from bayesub.inference.baselines.gauss_newton import gauss_newton
 from bayesub.inference.interface import Sampled
 from bayesub.io.arguments import checked
@@ -53,13 +53,12 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     `rng` is the source of the starts. The Estimate is that of the last search; its costs are those of all searches.
     """
     mode: Estimate | None = None
-    before = (problem.costs.simulations, problem.costs.jacobians)
+    spent = meter(problem.costs)
     for share in SHARES:
         smooth = problem.smoothed(share)
         mode = _lowest(smooth, rng) if mode is None else gauss_newton(smooth, mode.values)
         if np.isfinite(problem.log_likelihood(mode.values)[0]):
-            costs = problem.costs
-            return replace(mode, evaluations=costs.simulations - before[0], jacobians=costs.jacobians - before[1])
+            return replace(mode, **spent())
     assert mode is not None
     parts = problem.log_likelihoods(mode.values)
     channels = [name for name, part in parts.items() if not np.isfinite(part[0])]
@@ -129,14 +128,12 @@ def continuation(problem: Sampled, start: np.ndarray | None = None) -> Estimate:
     the middle of the prior. The Estimate is that of the last search; its costs are those of all searches. ValueError if
     the simulation fails at the start even on the shortest part of the record.
     """
-    before = problem.costs.simulations, problem.costs.jacobians
+    spent = meter(problem.costs)
     values = problem.prior.parameters(np.zeros(problem.n_params)) if start is None else np.asarray(start)
-    seconds = 0.0
     for part in _parts(problem, values):
         estimate = follow_noise(part, values, **({"max_iterations": _LAST} if part is problem else _NEAR))
-        values, seconds = estimate.values, seconds + estimate.seconds
-    simulations, jacobians = problem.costs.simulations - before[0], problem.costs.jacobians - before[1]
-    return replace(estimate, method=METHOD, evaluations=simulations, jacobians=jacobians, seconds=seconds)
+        values = estimate.values
+    return replace(estimate, method=METHOD, **spent())
 
 
 def follow_noise(problem: Sampled, start: np.ndarray, **last: Any) -> Estimate:

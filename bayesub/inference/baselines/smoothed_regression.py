@@ -1,13 +1,12 @@
 """Regression on smoothed motion: the extended Kalman smoother and inverse dynamics with which ships are identified."""
 
-import time
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
-from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.baselines.estimate import Estimate, meter
 from bayesub.inference.baselines.gauss_newton import gauss_newton
 from bayesub.inference.baselines.linear_least_squares import linear_least_squares
 from bayesub.inference.interface import Forced, LinearForm
@@ -34,7 +33,7 @@ def smoothed_regression(problem: Smoothable, *, rounds: int = 2) -> Estimate:
     prior, each other one with the coefficients of the fit before (Alexandersson et al. 2022). Cost and covariance of
     the estimate are those of the last fit. ValueError if the simulation fails with coefficients of a round.
     """
-    began, before = time.perf_counter(), (problem.costs.simulations, problem.costs.jacobians)
+    spent = meter(problem.costs)
     parameters, n = problem.prior.parameters(np.zeros(problem.n_params)), problem.n_coefficients
     for _ in range(rounds):
         motion = gauss_newton(problem.held(parameters), parameters[n:])
@@ -43,7 +42,4 @@ def smoothed_regression(problem: Smoothable, *, rounds: int = 2) -> Estimate:
         fit = linear_least_squares(problem.linear_systems(parameters), guess)
         parameters[[problem.names.index(name) for name in fit.names]] = fit.values
     statuses = (f"{fit.statuses[0]}; smoothing {motion.statuses[0]}",)
-    return replace(
-        fit, method="smoothed regression", statuses=statuses, seconds=time.perf_counter() - began,
-        evaluations=problem.costs.simulations - before[0], jacobians=problem.costs.jacobians - before[1],
-    )  # fmt: skip
+    return replace(fit, method="smoothed regression", statuses=statuses, **spent())

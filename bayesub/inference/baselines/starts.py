@@ -4,7 +4,6 @@ Searches advance side by side, so that one batch of simulations answers all of t
 """
 
 import queue
-import time
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 import threadpoolctl
 
-from bayesub.inference.baselines.estimate import Estimate
+from bayesub.inference.baselines.estimate import Estimate, meter
 from bayesub.inference.interface import LeastSquares, Progress
 
 _CHUNK = 512  # simulations a batch: enough to fill the lanes, few enough to keep their readings in memory
@@ -129,8 +128,7 @@ def search_from(
     A search is ``search(start, ask) -> (x, status)``, and `answer` a function of the list of questions asked at the
     same time -> list of (answer, effort); a simulation or a Jacobian is an effort of one. Progress is in starts.
     """
-    problem, began = unknowns.problem, time.perf_counter()
-    before = problem.costs.simulations, problem.costs.jacobians
+    problem, spent = unknowns.problem, meter(unknowns.problem.costs)
     efforts = np.zeros(len(starts), dtype=int)
 
     @np.errstate(over="ignore", invalid="ignore")  # as above, in the thread of the search
@@ -153,11 +151,9 @@ def search_from(
         costs=costs[order],
         statuses=tuple(ends[n][1] for n in order),
         covariance=None,
-        evaluations=problem.costs.simulations - before[0],
-        jacobians=problem.costs.jacobians - before[1],
-        seconds=time.perf_counter() - began,
         starts=unknowns.parameters(starts[order]),
         efforts=efforts[order],
+        **spent(),
     )
 
 

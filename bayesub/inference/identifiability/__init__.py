@@ -6,14 +6,6 @@ from bayesub.inference.identifiability.rank import AxisRank, rank
 from bayesub.inference.interface import Identifiable, InferencePrior
 
 __all__ = [
-    "AxisRank",
-    "Identifiable",
-    "InferencePrior",
-    "NullSpace",
-    "Spectrum",
-    "conditional_sd",
-    "fisher",
-    "kept",
-    "null_space",
-    "rank",
-]
+    "AxisRank", "Identifiable", "InferencePrior", "NullSpace", "Spectrum", "conditional_sd", "fisher", "kept",
+    "null_space", "rank",
+]  # fmt: skip

@@ -4,7 +4,6 @@ It shares with :func:`bayesub.sample` the log posterior and its coordinates, exa
 decides what is drawn: no moves, no ensembles, no stopping rule.
 """
 
-import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -12,6 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from bayesub.inference.baselines.estimate import meter
 from bayesub.inference.checks import convergence
 from bayesub.inference.interface import SMOOTH, Forced, Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
@@ -249,8 +249,7 @@ def sample_nuts(
     which nutpie keeps to itself: of draws that it has not got there are none, or they are not numbers.
     """
     nutpie = require_nutpie()
-    costs, began = problem.costs, time.perf_counter()
-    before = costs.simulations, costs.jacobians
+    spent = meter(problem.costs)
     if problem.histories:  # whitened at the mode they are nearly normal as it is
         smooth = problem.smoothed(SMOOTH)
         marginal, others = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), rng)
@@ -288,7 +287,6 @@ def sample_nuts(
     draws = np.asarray(trace.posterior["parameters"].values)
     if draws.shape[1] < n_draws or np.isnan(draws).any():
         raise KeyboardInterrupt
-    spent = costs.simulations - before[0], costs.jacobians - before[1], time.perf_counter() - began
     divergences = int(np.count_nonzero(trace.sample_stats["diverging"].values))
-    result = {"divergences": divergences, "gradients": counts["gradients"], "spent": spent}
+    result = {"divergences": divergences, "gradients": counts["gradients"], "spent": list(spent().values())}
     return draws, result

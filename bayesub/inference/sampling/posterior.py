@@ -4,13 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar
 
 import numpy as np
 from scipy import stats
 
 from bayesub.inference.checks import convergence
 from bayesub.inference.interface import InferencePrior
+from bayesub.io.arguments import check_class
 from bayesub.io.errors import InputError
 from bayesub.io.notebook import Displayed
 
@@ -38,6 +39,8 @@ class Criteria:
     false_alarms: float = 0.01
 
     def __post_init__(self):
+        for name, value in vars(self).items():
+            check_class(f"criteria: {name}", value, SupportsFloat, key=name)
         if not (self.rhat > 1.0 and self.ess > 0.0 and self.taus > 0.0 and 0.0 < self.false_alarms < 1.0):
             text = f"criteria: rhat must be above 1, and ess and taus positive, found {self}"
             raise InputError(text, "value", "criteria")

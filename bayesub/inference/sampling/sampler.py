@@ -122,6 +122,8 @@ class _Run:
     def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, examine, others):
         self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
         weighted = [move if isinstance(move, tuple) else (move, 1.0) for move in others]
+        for move, _ in weighted:
+            check_class("sample: moves", move, emcee.moves.Move, key="moves")
         settings = _settings(problem, rng, n_ensembles, n_walkers, weighted)
         self.marked = _costs(problem)
         content = None if saved is None else saved.load(settings)

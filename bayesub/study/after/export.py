@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from bayesub.findings.simulator_conventions import Boat, losses, standard, written
+from bayesub.io.arguments import checked
 from bayesub.io.atomic import replacing, write_csv, write_text, writing
 from bayesub.io.errors import InputError, check_known
 from bayesub.kernels import workspace
@@ -135,6 +136,7 @@ def format_of(path: Path, kind: str | None) -> str:
     return suffixes[path.suffix.lower()]
 
 
+@checked
 def export(
     folder: str | Path, path: str | Path, kind: str | None = None, *, fleet: int = 0, seed: int = 0
 ) -> FinishedRun:

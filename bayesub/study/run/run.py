@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bayesub.findings.verdicts import FAILED
+from bayesub.io.arguments import checked
 from bayesub.io.atomic import reason, write_text, writing
 from bayesub.io.errors import InputError, error_source, one_line
 from bayesub.io.interrupts import interruptible
@@ -60,6 +61,7 @@ def executor_of(dask: str) -> "Iterator[Executor | None]":
         yield executor
 
 
+@checked
 def run(
     study: "Study | Script | str | Path",
     folder: str | Path,

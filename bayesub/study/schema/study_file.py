@@ -13,6 +13,7 @@ import numpy as np
 import pydantic
 
 from bayesub.io import toml_files
+from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.toml_files import Positive, Section
 from bayesub.model.equations import EquationSet
@@ -289,6 +290,7 @@ class Study(TrialKeys):
         return digests | {name: sources.file_digest(Path(self.path(name))) for name in equations}
 
 
+@checked
 def load_study(path: str | Path, *, quick: bool = False) -> Study:
     """Read a study file; with `quick` its ``[quick]`` section overrides the others.
 
