@@ -7,7 +7,7 @@ true boat moves under the same disturbance.
 Claim: they do. Sets along null directions, which miss nothing in still water, miss by more than a centimetre of a boat
 of suboff's length under a push of a twentieth of the hull's side force, and sets of ten manoeuvres miss by at least
 twice as much as in still water. Random forces do so too, the more the larger they are. A sheared current does nothing.
-Cost: ten minutes of one core.
+Cost: a minute of one core.
 
 Sets are those of the study `wrong_coefficients`, drawn by randomising and optimising (Bardsley et al. 2014). A push is
 not scaled with the forces of the hull, as all else in an equation is: that is why null directions end.

@@ -25,7 +25,7 @@ from wrong_coefficients.open_sets import errors, null_moves, open_sets, random_s
 
 DATA = {"one manoeuvre": 1, "10 manoeuvres": 10, "100 manoeuvres": 100}
 N_SETS, N_UNSEEN = 20, 50
-AT_JUMPS = 0.2  # posterior standard deviations by which jumps may keep a set from its solution
+AT_JUMPS = 0.1  # of the distance of a set from the truth, by which jumps may keep it from its solution
 QUICK_DATA, QUICK_SETS, QUICK_UNSEEN = {"one manoeuvre": 1, "2 manoeuvres": 2}, 3, 3
 RANDOM = {"random 1 %": 0.01, "random 10 %": 0.1}
 FIGURES = {
@@ -98,7 +98,7 @@ def claims(numbers):
     for vehicle, result in numbers.items():
         for kind, r in result.items():
             last = max(r.get("last_steps", [0.0]))
-            yield last < AT_JUMPS, f"{vehicle}, {kind}: the last step of a set is {last:.2g} posterior sds"
+            yield last < AT_JUMPS, f"{vehicle}, {kind}: the last step of a set is {last:.0%} of its way"
         moved = max(result["null directions"]["unseen_m"])
         yield moved < 1e-6, f"{vehicle}: null moves take the boat {moved:.1e} m off"
         most = [kind for kind in result if kind.endswith("manoeuvres")][-1]

@@ -175,7 +175,7 @@ def next_(
     """Say what to measure or fly next, after the run in the folder RUN, to know better what is named.
 
     Of each way the expected sd is given, in per cent of the one that the run left: the last trial again, with one more
-    instrument, another manoeuvre, which a short search finds, and a value from a towing tank.
+    instrument, a manoeuvre that is there by name, another, which a short search finds, and a value from a towing tank.
     """
     from bayesub.logs.log_files import write_log
     from bayesub.study.after.design import prescribe

@@ -8,6 +8,7 @@ best zig-zag, with many numbers, become better than it in ten times as many judg
 import hashlib
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,9 +22,10 @@ from bayesub.design.judge import Judge
 from bayesub.design.limits import Limits, Range
 from bayesub.design.prescription import Prescription
 from bayesub.design.search import Cost, Found, search
+from bayesub.io import toml_files
 from bayesub.io.errors import InputError, check_known
 from bayesub.io.terminal import SILENT, Progress
-from bayesub.model.manoeuvres import Manoeuvre
+from bayesub.model.manoeuvres import Manoeuvre, load_manoeuvre
 from bayesub.model.vehicles import Vehicle
 
 Mapped = Callable[..., Iterable]
@@ -33,6 +35,7 @@ SAME = 1e-3  # relative change of an expected sd below which the readings say no
 _TIMED = 4  # judgements, of each process, by which the pace is measured
 _LEAST = 120  # judgements of a family: its starts and some generations
 N_JUDGED = _LEAST  # of a short search
+N_RANDOM = 12  # that are judged after every run
 REFINED = "refined"  # curves that begin as the best manoeuvre of any family
 _KNOTS, _SIGMA = 60, 0.1  # of the refined
 _SHARE = 0.25  # of the judgements after the first answer, for the best family
@@ -200,6 +203,21 @@ class Plan:
 def best(answers: dict[str, Found]) -> str:
     """The family with the least cost."""
     return min(answers, key=lambda kind: answers[kind].cost)
+
+
+def with_ready_made(found: Prescription, flights: Range) -> Prescription:
+    """The same with the best within the limits of the built-in manoeuvres and of random ones of the first seeds."""
+    known, judge = {}, found.judge
+    for name in (*toml_files.built_in("manoeuvres"), *(f"random:{seed}" for seed in range(1, N_RANDOM + 1))):
+        with suppress(InputError):  # about controls that this boat does not have
+            manoeuvre = load_manoeuvre(name, judge.vehicle)
+            if None in (planes := (manoeuvre.subproblem, judge.subproblem)) or planes[0] == planes[1]:
+                known[name] = manoeuvre, judge.information(manoeuvre)[0]
+    for name in sorted(known, key=lambda name: found.goal(known[name][1])):
+        manoeuvre, information = known[name]
+        if flights.penalty(flights.margins(manoeuvre)) == 0.0:
+            return found.with_ways({f"the manoeuvre {name}": information})
+    return found
 
 
 def with_manoeuvre(

@@ -2,7 +2,7 @@
 
 The posterior of a run is the prior of what comes next, and each way is judged by exact Jacobians at its mean, in the
 normal approximation: the last trial again, as it was or with one more instrument, and a coefficient from a towing tank.
-Another manoeuvre takes a search (:func:`bayesub.design.plan.with_manoeuvre`). Errors of trials are independent.
+Other manoeuvres are ready-made or searched for (:mod:`bayesub.design.plan`). Errors of trials are independent.
 """
 
 from collections.abc import Sequence

@@ -109,11 +109,8 @@ class Comparison:
         """Everything there is to say, as JSON types."""
         runs = {
             run.label: run.about
-            | {
-                "converged": run.posterior.converged,
-                "shortcomings": list(run.posterior.shortcomings),
-                "n_parameters": len(run.places),
-            }
+            | {"converged": run.posterior.converged, "shortcomings": list(run.posterior.shortcomings)}
+            | {"n_parameters": len(run.places)}
             for run in self.runs
         }
         result = {

@@ -38,11 +38,8 @@ def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     ]
     return {
         "found": conflict.disagree,
-        "refuted": conflict.refuted,
-        "p_value": conflict.p_value,
+        **{key: getattr(conflict, key) for key in ("refuted", "p_value", "probability", "n_directions")},
         "named": named,
-        "probability": conflict.probability,
-        "n_directions": conflict.n_directions,
         "scales": list(_scales(prior, names, posterior.draws)),
     }
 

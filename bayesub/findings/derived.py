@@ -128,11 +128,8 @@ def numbers(derived: Derived) -> dict:
             continue
         rows.append(
             {
-                "name": quantity.name,
+                **{key: getattr(quantity, key) for key in ("name", "unit", "meaning", "none")},
                 "label": label(quantity),
-                "unit": quantity.unit,
-                "meaning": quantity.meaning,
-                "none": quantity.none,
                 "reference": reference if np.isfinite(reference) else None,
                 **intervals,
                 "width_ratio": None if width is None or after["q5"] is None else (after["q95"] - after["q5"]) / width,

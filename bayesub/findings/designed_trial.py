@@ -191,9 +191,7 @@ def numbers(design: DesignedTrial) -> dict:
         },
         "asked_for": [
             {
-                "name": asked.name,
-                "unit": asked.unit,
-                "value": asked.value,
+                **{key: getattr(asked, key) for key in ("name", "unit", "value")},
                 "sd_before": design.before.prior_sd_of(asked.gradient),
                 "sd_standard": None if given is None else given.sd_of(asked.gradient),
                 "sd_after": after.sd_of(asked.gradient),

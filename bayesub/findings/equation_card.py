@@ -46,16 +46,13 @@ class EquationCard:
         equations = self.equations
         return {
             "equations": equations.name,
-            "title": equations.title,
-            "reference": equations.reference,
-            "degrees_of_freedom": equations.degrees_of_freedom,
+            **{key: getattr(equations, key) for key in ("title", "reference", "degrees_of_freedom")},
             "terms": {axis: list(equations.names_of_axis(axis)) for axis in AXES},
             "subproblems": {plane: list(names) for plane, names in equations.subproblems.items()},
             "controls": {control.symbol: control.column for control in equations.controls},
             "added_masses": list(equations.added_masses),
             "units": self._units,
-            "rigid_body_terms": equations.rigid_body_terms,
-            "speed": equations.speed,
+            **{key: getattr(equations, key) for key in ("rigid_body_terms", "speed")},
             "crossflow_points": equations.stations if equations.has_crossflow else None,
         }
 

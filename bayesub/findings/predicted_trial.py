@@ -174,12 +174,10 @@ class PredictedTrial:
         """Everything there is to say, as JSON types."""
         motion = motion_numbers(self.motions, self.states)
         result: dict[str, Any] = {
-            "run": self.run,
+            **{key: getattr(self, key) for key in ("run", "name", "verdict")},
             "vehicle": self.vehicle.name,
-            "name": self.name,
             "converged": not self.shortcomings,
             "shortcomings": list(self.shortcomings),
-            "verdict": self.verdict,
             "held": list(self.held),
             "motion": motion,
             "predictions": [],

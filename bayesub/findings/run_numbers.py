@@ -124,8 +124,7 @@ def _convergence(posterior) -> dict:
         "shortcomings": list(posterior.shortcomings),
         "criteria": vars(posterior.criteria),
         "max_rhat": float(posterior.rhat.max()),
-        "min_bulk_ess": float(posterior.bulk_ess.min()),
-        "min_tail_ess": float(posterior.tail_ess.min()),
+        **{f"min_{name}": float(getattr(posterior, name).min()) for name in ("bulk_ess", "tail_ess")},
         "max_tau_steps": float(posterior.tau.max()),
         "min_length_in_taus": float(posterior.n_steps / posterior.tau.max()),
         "n_ensembles": len(posterior.chain),
@@ -199,12 +198,10 @@ def _baseline(problem, estimate) -> dict:
     guess = plain.prior.guess[:n]
     guess_errors = np.abs(guess - reference)
     return {
-        "method": estimate.method,
+        **{key: getattr(estimate, key) for key in ("method", "evaluations", "seconds")},
         "costs": estimate.costs.tolist(),
         "statuses": sorted(set(estimate.statuses)),
         "n_starts": len(solutions),
-        "evaluations": estimate.evaluations,
-        "seconds": estimate.seconds,
         "further_than_guess": np.count_nonzero(errors > guess_errors, axis=1).tolist(),
         "n_params": len(reference),
         "nuisance": dict(zip(plain.names[n:], found[:, n:].T.tolist(), strict=True)),

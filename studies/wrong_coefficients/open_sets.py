@@ -25,25 +25,26 @@ def open_sets(vehicle: str, n_manoeuvres: int, n_sets: int) -> dict:
 
     Returns
     -------
-    ``xi`` (n_sets, 101) coefficients, and ``last_steps`` (n_sets,) in posterior standard deviations
+    ``xi`` (n_sets, 101) coefficients, and ``last_steps`` (n_sets,), shares of the distance of a set from the truth
     """
     boat, rng = load_vehicle(vehicle), np.random.default_rng([cases.SEED, n_manoeuvres])
     problem = tracks(boat, cases.unseen(boat, n_manoeuvres))
     prior, truth = problem.prior, np.zeros(problem.n_params)
     jacobian = problem.jacobian(prior.parameters(truth)) @ prior.chain(np.eye(len(truth)), truth)
     _, s, directions = np.linalg.svd(jacobian, full_matrices=False)
+    scales = np.sqrt(s**2 + 1.0)  # a step over its posterior standard deviation
     noise = np.array([rng.standard_normal(len(jacobian)) @ jacobian for _ in range(n_sets)])
     centres = rng.standard_normal((n_sets, len(truth)))
     t, last_steps = np.zeros_like(centres), np.full(n_sets, np.inf)
     for _ in range(MOST_STEPS):
         forces = problem.residuals(prior.parameters(t)) @ jacobian - noise + t - centres
-        steps = -(forces @ directions.T) / (s**2 + 1.0)
-        last_steps = np.sqrt(np.sum(steps**2 * (s**2 + 1.0), axis=1))
+        changes = -(forces @ directions.T / scales**2) @ directions
+        last_steps = np.linalg.norm(changes @ directions.T * scales, axis=1)
         if last_steps.max() < SHORT:
             break
-        changes = steps @ directions
         t += changes / np.maximum(1.0, np.abs(changes).max(axis=1, keepdims=True))
-    return {"xi": problem.coefficient_sets(prior.parameters(t)).tolist(), "last_steps": last_steps.tolist()}
+    shares = last_steps / np.linalg.norm(t @ directions.T * scales, axis=1)
+    return {"xi": problem.coefficient_sets(prior.parameters(t)).tolist(), "last_steps": shares.tolist()}
 
 
 def tracks(boat: Vehicle, simulators: Iterable[Simulator]) -> JointProblem:

@@ -10,9 +10,10 @@ from support import refusals
 from bayesub.findings.verdicts import IN_CONFLICT, STATUS, in_words
 from bayesub.inference.sampling import posterior_file
 from bayesub.io.errors import InputError
+from bayesub.model.manoeuvres import load_manoeuvre
 from bayesub.study.after import design
 from bayesub.study.after.finished_run import finished_run
-from bayesub.study.run.prescribed import judge_of_next
+from bayesub.study.run.prescribed import judge_of_next, prescription
 
 
 @pytest.fixture(autouse=True)
@@ -52,7 +53,7 @@ def test_by_default_what_the_trial_sees_most_of_and_the_best_way_first(bayesub, 
         np.mean(np.log([float(word) for word in row.replace("to 5 %", "").replace("%", "").split()[-3:]]))
         for row in rows
     ]
-    assert len(rows) == 4
+    assert len(rows) == 5
     assert left == sorted(left)
 
 
@@ -69,6 +70,21 @@ def test_the_report_of_a_run_ends_in_the_same_but_for_the_manoeuvre(bayesub, fin
         assert len(searched) == 1
         assert name in numbers["verdict"]["next"]
     assert (folder / "next.png").exists()
+
+
+def test_the_ready_made_manoeuvre_is_the_best_that_keeps_the_limits(finished):
+    """By a study's name for it, so that it can be flown at once; all others tell less, or go beyond."""
+    run = finished_run(finished())
+    found, flights = prescription(run.setup(), run.posterior)
+    (way,) = (way for way in found.ways if way.startswith("the manoeuvre "))
+    allowed = {}
+    for name in ("horizontal", "turning_circle", "zigzag_10_10", "zigzag_20_20", *(f"random:{k}" for k in range(1, 13))):
+        manoeuvre = load_manoeuvre(name, run.vehicle)
+        if flights.penalty(flights.margins(manoeuvre)) == 0.0:
+            allowed[name] = found.goal(found.judge.information(manoeuvre)[0])
+    assert len(allowed) > 5
+    assert way == f"the manoeuvre {min(allowed, key=allowed.get)}"
+    assert found.goal(found.ways[way]) == pytest.approx(min(allowed.values()), rel=1e-12)
 
 
 @pytest.fixture

@@ -210,15 +210,8 @@ def _built(file: EquationFile, base: EquationSet | None) -> EquationSet:
             raise ValueError(f"terms.{axis}: there are more than {MAX_TERMS}")
     if not terms:
         raise ValueError('terms: there are none; add some, such as [terms.X] Xuu = { regressor = "u*u", .. }')
-    return EquationSet(
-        name=file.name,
-        title=file.title,
-        description=file.description,
-        reference=file.reference,
-        terms=tuple(terms),
-        controls=tuple(controls.values()),
-        **values,
-    )
+    values |= {key: getattr(file, key) for key in ("name", "title", "description", "reference")}
+    return EquationSet(terms=tuple(terms), controls=tuple(controls.values()), **values)
 
 
 def _term(name: str, axis: str, section: TermSection, speed: str, controls) -> Term:

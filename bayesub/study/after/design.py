@@ -346,17 +346,14 @@ def prescribe(
     """
     run.refuse_unconverged()
     run.refuse_quantities(wanted)
-    found = prescription(run.setup(), run.posterior, wanted)
-    judge, plane, vehicle = found.judge, found.again.subproblem, run.vehicle
-    within = usual_limits(vehicle) if limits is None else load_limits(limits)
+    within = usual_limits(run.vehicle) if limits is None else load_limits(limits)
+    found, flights = prescription(run.setup(), run.posterior, wanted, within, seed)
     try:
-        kinds = families(vehicle, within, (), plane)
+        kinds = families(run.vehicle, within, (), found.again.subproblem)
     except InputError as error:
         if limits is not None:
             raise
         progress.remark(f"no other manoeuvre is looked for: {error}")
         return found, None
-    sets = KnownBefore.by(run.posterior, vehicle).sets(judge.vehicle, N_DRAWS, np.random.default_rng(seed))
-    flights = Range(judge.vehicle, within, sets, plane, judge.step_s)
     flights.allow(next(iter(kinds.values())).straight())
     return with_manoeuvre(found, kinds, flights, seed, progress)

@@ -278,7 +278,7 @@ def conclude(
     made = origin(saved_config(folder) or {}) | {"time taken": duration(taken)}
     following = {}
     with contextlib.suppress(InputError):  # a trial of which nothing is asked that has a value
-        following = prescription(setup, posterior).to_json() if posterior.converged else {}
+        following = prescription(setup, posterior)[0].to_json() if posterior.converged else {}
     kept: dict[str, list[list[float]]] = {quantity.name: [] for quantity in setup.quantities}
     about = (study.name, study.question, study.seed, seconds, context.commit, made, context.progress, following)
     quantities = [recorded(quantity, kept[quantity.name]) for quantity in setup.quantities]

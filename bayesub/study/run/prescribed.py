@@ -7,6 +7,8 @@ import numpy as np
 
 from bayesub.design.judge import Judge
 from bayesub.design.knowledge import KnownBefore
+from bayesub.design.limits import N_DRAWS, Limits, Range, usual_limits
+from bayesub.design.plan import with_ready_made
 from bayesub.design.prescription import Prescription, prescribe
 from bayesub.inference.sampling import Posterior
 from bayesub.model.manoeuvres import Manoeuvre
@@ -16,12 +18,19 @@ from bayesub.study.run.prepare import Setup
 from bayesub.study.schema.prior_section import noise_models
 
 
-def prescription(setup: Setup, posterior: Posterior, wanted: Sequence[str] = ()) -> Prescription:
+def prescription(
+    setup: Setup, posterior: Posterior, wanted: Sequence[str] = (), limits: Limits | None = None, seed: int = 0
+) -> tuple[Prescription, Range]:
     """That after the last trial of a study, for coefficients and quantities, by default five coefficients.
 
-    InputError for a name that is not known, and draws of which a coefficient is always the same.
+    With it the flights that show whether a manoeuvre keeps the limits, by default the usual ones. InputError for a name
+    that is not known, and draws of which a coefficient is always the same.
     """
-    return prescribe(*judge_of_next(setup, posterior), wanted)
+    judge, manoeuvre = judge_of_next(setup, posterior)
+    sets = KnownBefore.by(posterior, setup.vehicle).sets(judge.vehicle, N_DRAWS, np.random.default_rng(seed))
+    within = limits or usual_limits(setup.vehicle)
+    flights = Range(judge.vehicle, within, sets, judge.subproblem, judge.step_s or judge.accurate_step(manoeuvre))
+    return with_ready_made(prescribe(judge, manoeuvre, wanted), flights), flights
 
 
 def judge_of_next(setup: Setup, posterior: Posterior) -> tuple[Judge, Manoeuvre]:
