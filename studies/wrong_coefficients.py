@@ -6,7 +6,7 @@ Claim: yes, in two ways. Along null directions of the equations coefficients may
 moves at all. And the tracks of a hundred manoeuvres together still leave half of the coefficients wrong by several per
 cent, while none of these and of fifty further manoeuvres is missed by more than a fraction of the noise of a tracking
 range; random errors a tenth as large miss them by far more.
-Cost: ten minutes of two cores.
+Cost: a quarter of an hour of one core.
 
 What data leave open is drawn by randomising and optimising (Bardsley et al. 2014). How far the tracks of a set are off
 is simulated, not estimated.
