@@ -259,9 +259,9 @@ def test_a_fleet_is_draws_of_the_posterior(run, tmp_path, bayesub):
     assert not (tmp_path / "boat.sdf").exists()
 
 
-@pytest.mark.parametrize("fleet", [-1, 2.5, "3"])
-def test_a_fleet_that_is_no_number_of_draws_is_refused(run, tmp_path, fleet):
-    with refusals.refused("value", "--fleet"):
+@pytest.mark.parametrize(("fleet", "key"), [(-1, "--fleet"), (2.5, "--fleet"), ("3", "fleet")])
+def test_a_fleet_that_is_no_number_of_draws_is_refused(run, tmp_path, fleet, key):
+    with refusals.refused("value", key):
         bs.export(run, tmp_path / "boat.m", fleet=fleet)
     assert not list(tmp_path.iterdir())
 
