@@ -56,6 +56,20 @@ def test_null_moves_move_no_track():
     assert min(open_sets.errors(boat, names, simulators, 1, random)["unseen_m"]) > 1e-3
 
 
+def test_open_sets_are_draws_of_the_posterior(monkeypatch):
+    """With a prior so narrow that tracks are linear in it, they have the closed-form covariance, (J'J + I)^-1."""
+    monkeypatch.setattr(open_sets, "PRIOR_SD", 0.01)
+    boat, n_sets = bs.load_vehicle("npsauv"), 40
+    found = open_sets.open_sets("npsauv", 1, n_sets)
+    problem = open_sets.tracks(boat, cases.unseen(boat, 1))
+    middle, unit = np.zeros(problem.n_params), np.eye(problem.n_params)
+    jacobian = problem.jacobian(problem.prior.parameters(middle)) @ problem.prior.chain(unit, middle)
+    t = problem.prior.standard(np.array(found["xi"])[:, problem.columns])
+    squares = (t @ np.linalg.cholesky(jacobian.T @ jacobian + unit)) ** 2
+    assert squares.mean() == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / squares.size))
+    assert max(found["last_steps"]) < 0.01
+
+
 def test_tracks_and_linear_form_have_the_same_null_space():
     """On four manoeuvres together npsauv's horizontal coefficients keep one null direction, and it is the predicted."""
     manoeuvres = ("horizontal", "turning_circle", "zigzag_20_20")
