@@ -185,8 +185,9 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
         result.save(output, bars)
     say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
     say_rows(
-        (name, f"{np.isfinite(cells).sum()} cells", f"{np.nanmin(cells):.6g} .. {np.nanmax(cells):.6g}", signal)
-        for (name, cells), signal in zip(result.columns.items(), result.sources.values(), strict=True)
+        (name, f"{np.isfinite(x).sum()} cells", f"{np.nanmin(x):.6g} .. {np.nanmax(x):.6g}", one.section.signal)
+        for name, one in result.readings.items()
+        for x in [result.cells(name)]
     )
     for remark in (*log.remarks, *result.remarks):
         say(f"  note: {remark}")

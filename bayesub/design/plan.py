@@ -211,7 +211,7 @@ def with_ready_made(found: Prescription, flights: Range) -> Prescription:
     for name in (*toml_files.built_in("manoeuvres"), *(f"random:{seed}" for seed in range(1, N_RANDOM + 1))):
         with suppress(InputError):  # about controls that this boat does not have
             manoeuvre = load_manoeuvre(name, judge.vehicle)
-            if None in (planes := (manoeuvre.subproblem, judge.subproblem)) or planes[0] == planes[1]:
+            if len({manoeuvre.subproblem, judge.subproblem} - {None}) < 2:  # planes that agree
                 known[name] = manoeuvre, judge.information(manoeuvre)[0]
     for name in sorted(known, key=lambda name: found.goal(known[name][1])):
         manoeuvre, information = known[name]

@@ -1,7 +1,7 @@
 """From the signals of a vehicle's log to the columns of ours, by a map."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -40,16 +40,34 @@ class Conversion:
     """A converted log."""
 
     zero: float  # time of the file's clock that became 0 s
-    times: np.ndarray  # (n,) s from zero
-    columns: dict[str, np.ndarray]  # column -> (n,) cells in its unit; not a number where there is none
-    sources: dict[str, str]  # column -> signal
+    times: np.ndarray  # (n,) s from zero, of the rows
+    readings: dict[str, Column]  # column -> its readings, each at its own time
     remarks: tuple[str, ...]  # what was left out, column by column
 
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Column -> (n,) cells in its unit; not a number where there is none."""
+        return {name: self.cells(name) for name in self.readings}
+
+    def cells(self, name: str, rows: slice = slice(None)) -> np.ndarray:
+        """Those of a column in some of the rows (n,), so that a long log need not be held in memory twice."""
+        column, at = self.readings[name], np.round(self.times[rows] / TICK_S)
+        ends = self.zero + at[[0, -1]] * TICK_S + np.array([-0.5, 0.5]) * TICK_S
+        first, last = np.searchsorted(column.times, ends)
+        near = slice(max(first - 1, 0), last + 1)
+        instants = np.round((column.times[near] - self.zero) / TICK_S)
+        place = np.searchsorted(instants, at, "right") - 1
+        known = place >= 0 if column.section.held else (place >= 0) & (instants[place] == at)
+        return np.where(known, column.values[near][place], np.nan)
+
     def save(self, path: Path, progress: Progress = SILENT) -> None:
-        """Write the log as CSV (:func:`bayesub.logs.log_files.write_log`)."""
-        shorts = {name: log_files.COLUMNS.get(name, (name,))[0] for name in self.columns}
-        cells = {shorts[name]: values * log_files.si_factor(name) for name, values in self.columns.items()}
-        log_files.write_log(path, {"time": self.times} | cells, progress)
+        """Write the log as CSV (:func:`bayesub.logs.log_files.write_columns`)."""
+        cells: dict[str, Callable[[slice], np.ndarray]] = {"time_s": self.times.__getitem__}
+        for name in self.readings:
+            header = log_files.HEADERS.get(log_files.COLUMNS.get(name, (name,))[0], name)
+            factor = log_files.si_factor(name) / log_files.si_factor(header)
+            cells[header] = lambda rows, name=name, factor=factor: factor * self.cells(name, rows)
+        log_files.write_columns(path, cells, len(self.times), progress)
 
 
 def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
@@ -88,10 +106,8 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
         message += f"{ends[early] - zero:.6g} s and '{late}' begins {columns[late].times[0] - zero:.6g} s after "
         message += f"{zero:.12g}; are their clocks different? "
         raise InputError(message + "delay_s of a column shifts it, [time.tables.NAME] names another", "conflict", late)
-    times, cells = _rows(columns, zero)
-    sources = {name: column.section.signal for name, column in columns.items()}
     remarks = tuple(f"{name}: {remark}" for name, column in columns.items() for remark in column.remarks)
-    return Conversion(zero, times, cells, sources, remarks)
+    return Conversion(zero, _rows(columns, zero), columns, remarks)
 
 
 def _likely(column: str, signal: str, signals: Iterable[str]) -> str:
@@ -224,29 +240,18 @@ def _trim(name: str, column: Column, zero: float, log_map: LogMap, source: Path,
     return replace(column, times=times[first:last], values=column.values[first:last])
 
 
-def _rows(columns: dict[str, Column], zero: float) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Rows at all times of all columns, in s from zero, with cells where a column has a reading."""
+def _rows(columns: dict[str, Column], zero: float) -> np.ndarray:
+    """The times (n,) of all columns in ascending order, s from zero; orders that are held have some of their own."""
     rows, befores = np.zeros(0), []
     for column in columns.values():
         instants = np.round((column.times - zero) / TICK_S)
         rows = rows if np.array_equal(rows, instants) else np.union1d(rows, instants)
         if column.section.held:  # the last moment of the order before
             changes = np.flatnonzero(np.diff(column.values)) + 1
-            gaps = np.diff(instants)[changes - 1]
+            gaps = instants[changes] - instants[changes - 1]
             befores.append(instants[changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
     if befores:
         rows, repeat = np.union1d(rows, np.concatenate(befores)), round(REPEAT_S / TICK_S)
         pauses = np.flatnonzero(np.diff(rows) > repeat)
         rows = np.unique(np.concatenate([rows, *(np.arange(rows[k], rows[k + 1], repeat) for k in pauses)]))
-    cells = {}
-    for name, column in columns.items():
-        instants = np.round((column.times - zero) / TICK_S)
-        if column.section.held:
-            latest = np.searchsorted(instants, rows, "right") - 1
-            cells[name] = np.where(latest < 0, np.nan, column.values[latest])
-        elif np.array_equal(rows, instants):
-            cells[name] = column.values
-        else:
-            cells[name] = np.full(len(rows), np.nan)
-            cells[name][np.searchsorted(rows, instants)] = column.values
-    return rows * TICK_S, cells
+    return rows * TICK_S

@@ -15,7 +15,7 @@ Latitude and longitude become ``x y``, and pressure becomes ``depth``. An empty 
 import gzip
 import warnings
 from array import array
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -295,12 +295,21 @@ def _positions_of_fixes(
 
 def write_log(path: Path, log: dict[str, np.ndarray], progress: Progress = SILENT) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
-    names = [name for name in HEADERS if name in log] + [name for name in log if name not in HEADERS]
-    n, row = len(log[names[0]]), ",".join([WRITTEN] * len(names)) + "\n"
+    cells = {HEADERS.get(name, name): lambda rows, name=name: log[name][rows] / si_factor(name) for name in log}
+    write_columns(path, cells, len(next(iter(log.values()))), progress)
+
+
+def write_columns(
+    path: Path, cells: Mapping[str, Callable[[slice], np.ndarray]], n: int, progress: Progress = SILENT
+) -> None:
+    """Write n rows as CSV; column -> function that gives its cells in a slice of the rows, in its unit."""
+    order = {header: k for k, header in enumerate(HEADERS.values())}
+    names = sorted(cells, key=lambda name: order.get(name, len(order)))
+    row = ",".join([WRITTEN] * len(names)) + "\n"
     opened = gzip.open if path.suffix == ".gz" else open
     with writing(path), replacing(path) as partial, opened(partial, "wt", encoding="utf-8") as file:
-        file.write(",".join(HEADERS.get(name, name) for name in names) + "\n")
+        file.write(",".join(names) + "\n")
         for k in range(0, n, CHUNK):
-            cells = np.stack([log[name][k : k + CHUNK] / si_factor(name) for name in names], axis=1)
-            file.write("".join([row % tuple(line) for line in cells.tolist()]).replace("nan", ""))
+            rows = np.stack([cells[name](slice(k, k + CHUNK)) for name in names], axis=1)
+            file.write("".join([row % tuple(line) for line in rows.tolist()]).replace("nan", ""))
             progress.update(min(k + CHUNK, n) / 1e6, n / 1e6, "million rows")

@@ -107,19 +107,10 @@ def page(
 
     `live`: what :func:`bayesub.report.widgets.content` gives, without which the page has figures that stand still.
     """
-    return pages.fill(
-        "report.html",
-        pictures,
-        numbers=numbers,
-        outcome=in_words(numbers["outcome"]["verdict"]),
-        widgets=live,
-        word=reference_word(numbers),
-        interval=derived.in_words,
-        columns=columns(numbers, reference_word(numbers)),
-        percent=percent,
-        symbol=pages.symbol,
-        commit=commit,
-    )
+    word, outcome = reference_word(numbers), in_words(numbers["outcome"]["verdict"])
+    content = {"numbers": numbers, "outcome": outcome, "widgets": live, "word": word, "commit": commit}
+    tools = {"interval": derived.in_words, "percent": percent, "symbol": pages.symbol}
+    return pages.fill("report.html", pictures, columns=columns(numbers, word), **content, **tools)
 
 
 def markdown_page(

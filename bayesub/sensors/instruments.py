@@ -199,14 +199,8 @@ def autosub(
     are exact there, for gyros that drift less than 0.01 deg/h. Their standard deviations are assumed.
     """
     dvl = DVL(sd_mps=velocity_sd_mps, resolution_mps=velocity_resolution_mps, interval_s=interval_s)
-    ins = INS(
-        sd_deg=attitude_sd_deg,
-        sd_degps=rate_sd_degps,
-        sd_mps2=acceleration_sd_mps2,
-        sd_degps2=angular_acceleration_sd_degps2,
-        interval_s=interval_s,
-        channels=INS.CHANNELS,
-    )
+    sds = attitude_sd_deg, rate_sd_degps, acceleration_sd_mps2, angular_acceleration_sd_degps2
+    ins = INS(*sds, interval_s=interval_s, channels=INS.CHANNELS)
     return _selected([Pressure(sd_m=depth_sd_m, interval_s=interval_s), dvl, ins], channels)
 
 
@@ -227,15 +221,8 @@ def thesis_rounding(
     is given. Attitude, rates and angular accelerations are exact there; their standard deviations are assumed.
     """
     adcp = ADCP(sd_mps=velocity_sd_mps, resolution_mps=0.01, interval_s=interval_s)
-    ins = INS(
-        sd_deg=attitude_sd_deg,
-        sd_degps=rate_sd_degps,
-        sd_mps2=acceleration_sd_mps2,
-        sd_degps2=angular_acceleration_sd_degps2,
-        resolution_mps2=0.001,
-        interval_s=interval_s,
-        channels=INS.CHANNELS,
-    )
+    sds = attitude_sd_deg, rate_sd_degps, acceleration_sd_mps2, angular_acceleration_sd_degps2
+    ins = INS(*sds, resolution_mps2=0.001, interval_s=interval_s, channels=INS.CHANNELS)
     return _selected([adcp, ins], channels)
 
 

@@ -211,6 +211,26 @@ def test_points_do_not_reach_beyond_their_ends():
         converted(log(a=(T, T, "us")), rudder_deg={"signal": "a", "points": ((0.0, 0.0), (11.0, 5.0))})
 
 
+def test_rows_are_the_same_part_by_part(tmp_path, monkeypatch, rng):
+    """And so is the file, however many rows are written at a time."""
+    times = np.cumsum(rng.uniform(0.01, 2.0, 200))
+    orders = np.repeat(rng.uniform(-10.0, 10.0, 20), 10)
+    sparse = np.where(rng.random(200) < 0.3, rng.standard_normal(200), np.nan)
+    source = log(fin=(times - 0.3, orders, "deg"), x=(times[3:-9], sparse[3:-9], "m"), t=(times, times % 7.0, "rad"))
+    columns = {"rudder_deg": {"signal": "fin", "held": True}, "x_m": {"signal": "x"}, "pitch_rad": {"signal": "t"}}
+    result = converted(source, **columns)
+    for n in (1, 7, 300):
+        for name, whole in result.columns.items():
+            parts = [result.cells(name, slice(k, k + n)) for k in range(0, len(result.times), n)]
+            np.testing.assert_array_equal(np.concatenate(parts), whole)
+        monkeypatch.setattr("bayesub.logs.log_files.CHUNK", n)
+        result.save(tmp_path / f"{n}.csv")
+    assert (tmp_path / "1.csv").read_bytes() == (tmp_path / "7.csv").read_bytes() == (tmp_path / "300.csv").read_bytes()
+    x, orders_there = (result.columns[name] for name in ("x_m", "rudder_deg"))
+    assert np.isfinite(x).sum() == np.isfinite(sparse[3:-9]).sum()
+    assert np.isfinite(orders_there[result.times >= 0.0]).all()
+
+
 def test_what_is_written_is_read_back(tmp_path):
     """Times of 1970 lose nothing; angles and places keep their digits."""
     start = 1.79e9

@@ -177,8 +177,11 @@ def mavlink(folder, name="dive.BIN"):
     return path
 
 
-def telemetry(folder, name="dive.tlog"):
-    """A telemetry log, as ground stations write it: each message comes 0.1 to 0.2 s late."""
+def telemetry(folder, name="dive.tlog", named=None):
+    """A telemetry log, as ground stations write it: each message comes 0.1 to 0.2 s late.
+
+    `named`: what the vehicle sends besides under names of its own, functions of time.
+    """
     from pymavlink.dialects.v20 import ardupilotmega as dialect
 
     link = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
@@ -191,6 +194,7 @@ def telemetry(folder, name="dive.tlog"):
             link.attitude_encode(ms, *angles, 0.0, 0.0, np.radians(MINUTE.r(t))),
             link.global_position_int_encode(ms, *place, 0, 0, 150, 0, 0, 6100),
             link.servo_output_raw_encode(ms * 1000, 0, *[round(1500 + MINUTE.fin(t) / 0.06)] * 8),
+            *(link.named_value_float_encode(ms, key.encode(), of(t)) for key, of in (named or {}).items()),
         ):
             stamp = round((START + t + 0.1 + 0.1 * (k % 2)) * 1e6)
             parts.append(struct.pack(">Q", stamp) + message.pack(link))

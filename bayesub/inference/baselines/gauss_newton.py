@@ -74,15 +74,9 @@ def gauss_newton(
             break
     of_others = linear.prior
     slopes = of_others.chain(np.eye(len(linear.others)), t[linear.others])
-    return Estimate(
-        method="Gauss-Newton posterior mode",
-        names=problem.names,
-        solutions=prior.parameters(t)[None],
-        costs=np.array([cost]),
-        statuses=(status,),
-        covariance=slopes @ (vt.T / (s**2 + 1.0)) @ vt @ slopes.T,
-        **spent(),
-    )
+    covariance = slopes @ (vt.T / (s**2 + 1.0)) @ vt @ slopes.T
+    found = problem.names, prior.parameters(t)[None], np.array([cost]), (status,), covariance
+    return Estimate("Gauss-Newton posterior mode", *found, **spent())
 
 
 def _within_reach(steps):

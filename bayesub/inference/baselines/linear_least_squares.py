@@ -97,13 +97,6 @@ def estimate(
     began: float,
 ) -> Estimate:
     """The estimate from (n_columns,) values and a cost for each of the forms; `began` is the time of the start."""
-    return Estimate(
-        method=method,
-        names=tuple(name for form in forms for name in form.names),
-        solutions=np.concatenate(values)[None],
-        costs=np.array([max(costs)]),
-        statuses=(status,),
-        covariance=covariance,
-        evaluations=0,
-        seconds=time.perf_counter() - began,
-    )
+    names, solutions = tuple(name for form in forms for name in form.names), np.concatenate(values)[None]
+    found = names, solutions, np.array([max(costs)]), (status,), covariance
+    return Estimate(method, *found, evaluations=0, seconds=time.perf_counter() - began)

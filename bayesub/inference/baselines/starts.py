@@ -144,17 +144,9 @@ def search_from(
     x = np.array([x for x, _ in ends])
     costs = unknowns.costs(x)
     order = np.argsort(costs, kind="stable")
-    return Estimate(
-        method=method,
-        names=problem.names,
-        solutions=unknowns.parameters(x[order]),
-        costs=costs[order],
-        statuses=tuple(ends[n][1] for n in order),
-        covariance=None,
-        starts=unknowns.parameters(starts[order]),
-        efforts=efforts[order],
-        **spent(),
-    )
+    found = problem.names, unknowns.parameters(x[order]), costs[order], tuple(ends[n][1] for n in order), None
+    begun = unknowns.parameters(starts[order])
+    return Estimate(method, *found, starts=begun, efforts=efforts[order], **spent())
 
 
 class Abandoned(Exception):

@@ -121,6 +121,7 @@ class _Run:
 
     def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, examine, others):
         self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
+        others = [others] if isinstance(others, str | emcee.moves.Move) else others
         weighted = [move if isinstance(move, tuple) else (move, 1.0) for move in others]
         for move, _ in weighted:
             check_class("sample: moves", move, emcee.moves.Move, key="moves")
@@ -397,16 +398,9 @@ def _settings(problem, rng, n_ensembles, n_walkers, moves) -> dict:
     prior = hashlib.sha256(problem.prior.mean.tobytes() + problem.prior.sd.tobytes()).hexdigest()[:12]
     seed = hashlib.sha256(repr(rng.bit_generator.state).encode()).hexdigest()[:12]
     names = ", ".join(f"{type(move).__name__} {weight:g}" for move, weight in moves)
-    return {
-        "parameters": ", ".join(problem.names),
-        "n_ensembles": n_ensembles,
-        "n_walkers": n_walkers,
-        "prior": prior,
-        "seed": seed,
-        "checkpoint format": FORMAT,
-        **({"moves": names} if moves else {}),
-        **{f"{name} version": importlib.metadata.version(name) for name in ("bayesub", "emcee", "numpy")},
-    }
+    settings = {"parameters": ", ".join(problem.names), "n_ensembles": n_ensembles, "n_walkers": n_walkers}
+    settings |= {"prior": prior, "seed": seed, "checkpoint format": FORMAT} | ({"moves": names} if moves else {})
+    return settings | {f"{one} version": importlib.metadata.version(one) for one in ("bayesub", "emcee", "numpy")}
 
 
 def _starts(problem, geometry, surrogate, draws, rng, n):

@@ -68,6 +68,7 @@ def _collect_telemetry(messages: list[Any], collection: Collection) -> None:
         head = message.get_type()
         if n_senders[head] > 1:
             head = f"{message.get_srcSystem()}.{message.get_srcComponent()}/{head}"
+        head += f"[{message.name}]" if message.get_type().startswith("NAMED_VALUE") else ""
         since_start = getattr(message, "time_boot_ms", 0)
         time = since_start * 1e-3 + start if since_start > 0 else message._timestamp
         _add(collection, message, head, time, message.fieldunits_by_name.get)

@@ -62,6 +62,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
 
 def _fields(message: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Names and values of the fields of a message and of those inside of it, without time stamps."""
+    labels = getattr(message, "name", None)  # as of joints, whose order may change
     for name in getattr(message, "__dataclass_fields__", {}):
         if name in ("__msgtype__", "header") or name.isupper() or name.endswith("covariance"):  # upper: constants
             continue
@@ -77,3 +78,5 @@ def _fields(message: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
                 yield from _fields(part, f"{prefix}{name}[{k}].")
         else:
             yield f"{prefix}{name}", value
+            if isinstance(labels, list) and name != "name" and np.shape(value) == (len(labels),):
+                yield from ((f"{prefix}{name}[{label}]", float(x)) for label, x in zip(labels, value, strict=True))

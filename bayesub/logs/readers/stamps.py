@@ -16,7 +16,7 @@ SPAN = (946684800.0, 2208988800.0)  # 2000 and 2040: what counts to between them
 STEP = (5e-4, HOUR_S)  # s from row to row of a log
 MILLISECONDS = ("itow", "gms", "gps_ms")  # names of times of the week, and those in seconds
 OF_WEEK = (*MILLISECONDS, "tow", "sow", "gps_tow", "gps_sow", "time_of_week", "seconds_of_week")
-BLOCK = 100_000  # texts that are parsed at a time
+BLOCK, LONG = 100_000, 1_000_000  # texts that are parsed at a time; numbers that show what they count
 LATEST = 1e11  # s since 1970, the year 5138
 THOUSANDS = r",(?=\d{3}(?:,\d{3})*\.)|\.(?=\d{3}(?:\.\d{3})*,)"  # of 1,234.5 and 1.234,5
 THOUSANDS += r"|(?<=\d)[\s'’](?=\d{3}(?:[\s'’]\d{3})*(?:[.,]\d*)?$)"  # of 1 234,5 and 1'234.5
@@ -29,10 +29,11 @@ FORMATS |= {"matlab": (DAY_S, -719529 * DAY_S), "labview": (1.0, -2082844800.0),
 FORMATS |= {"filetime": (1e-7, -11644473600.0), "ticks": (1e-7, -62135596800.0)}
 # Orders of dates whose separators became strokes, and of those without.
 DATES = "%d/%m/%Y %m/%d/%Y %d/%m/%y %m/%d/%y %y/%m/%d %Y/%m/%d %d/%b/%Y %b/%d/%Y %d/%b/%y %d/%B/%Y %B/%d/%Y %d%b%Y "
-DATES += "%Y%m%d %d%m%Y %m%d%Y %d%m%y %m%d%y %y%m%d"
+DATES += "%Y%m%d %d%m%Y %m%d%Y %d%m%y %m%d%y %y%m%d %Y/%j %G/W%V/%u"
 _WEEKDAY = r"(?i)^(?:mon|tue|wed|thu|fri|sat|sun)[a-z]*\W+"
-_CLOCK = r"^(?P<date>.*?)[T,_\s]*\b(?P<h>\d{1,4}):(?P<m>\d\d)(?::(?P<s>\d\d))?(?P<part>[.,:]\d+)?"
-_CLOCK += r"\s*(?P<half>[AaPp])?(?:\.?[Mm]\.?)?\s*(?:Z|UTC|GMT)?$"
+_CLOCK = r"^(?P<date>.*?)[T+,_\s]*(?<!\d)(?P<h>\d{1,4}):(?P<m>\d\d)(?::(?P<s>\d\d))?(?P<part>[.,:]\d+)?"
+_CLOCK += r"\s*(?P<half>[AaPp])?(?:\.?[Mm]\.?)?\s*(?:Z|UTC|GMT)?(?P<zone>[+-]\d\d:?\d\d)?$"
+_NUMBERS = r"^\[?(\d{4})\D(\d\d)\D(\d\d)\D+(\d\d)\D(\d\d)\D(\d\d)([^\]]*)\]?$"  # 2026_11_30_10_00_00
 _DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_ ]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<part>[.,]\d+)?(?P<half>$)"  # 124239.5
 
 
@@ -115,8 +116,8 @@ def may_be_clock(numbers: np.ndarray) -> bool:
 
 
 def _step(numbers: np.ndarray) -> float:
-    """The median step from row to row, without repeated ones; not a number if there is none."""
-    steps = np.abs(np.diff(numbers[np.isfinite(numbers)]))
+    """The median step from row to row, of the first if there are many, without repeated ones; not a number if none."""
+    steps = np.abs(np.diff(numbers[:LONG][np.isfinite(numbers[:LONG])]))
     return float(np.median(steps[steps > 0])) if (steps > 0).any() else np.nan
 
 
@@ -131,7 +132,8 @@ def _are_digits(numbers: np.ndarray) -> bool:
 
 def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: bool) -> tuple[np.ndarray, str]:
     """Times (n,) that are counted in a unit or as a format of the map, or as the numbers show, with a remark if so."""
-    low, high = np.nanquantile(numbers, [0.01, 0.99], method="nearest")  # a few may be damaged, or come in bursts
+    some = numbers[:: 1 + len(numbers) // LONG]
+    low, high = np.nanquantile(some, [0.01, 0.99], method="nearest")  # a few may be damaged, or come in bursts
     step, mean = _step(numbers), (high - low) / (0.98 * max(len(numbers) - 1, 1))
 
     def fits(size: float, zero: float, begin: float = SPAN[0]) -> bool:
@@ -149,7 +151,7 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
         except InputError as error:
             message = f"column '{name}' of times: {error}; give [time] unit"
             raise InputError(message, error.kind, f"time.{error.key}") from None
-        zero = zero if form or not since else float(np.nan_to_num(_parsed(since, "mixed"))[0])
+        zero = zero if form or not since else _start(since[0], unit, name)
     elif is_of_week:
         size = 1e-3 if high > WEEK_S or name.lower() in MILLISECONDS else 1.0
     elif not form and high <= 1.0 and STEP[0] / DAY_S <= step < STEP[0]:
@@ -160,8 +162,10 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
             begin = np.datetime64(int(zero + size * np.nanmin(numbers)), "s").item()
             remark = f"'{name}' is read with {line} and begins on {begin} UTC; [time] of the map can say otherwise"
         else:
-            likely = [key for key in (*COUNTS, "d") if STEP[0] <= seconds_in(key) * step <= STEP[1]] or ["s"]
-            lines = " or ".join(f'unit = "{key}"' for key in reversed(likely))
+            likely = [
+                key for key in ("d", "h", "min", *reversed(COUNTS)) if STEP[0] <= seconds_in(key) * step <= STEP[1]
+            ]
+            lines = " or ".join(f'unit = "{key}"' for key in likely or ["s"])
             message = f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; "
             raise InputError(f"{message}if these are no seconds, write {lines} under [time]", "missing", "time.unit")
     times = zero + size * numbers
@@ -170,6 +174,15 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
         remedy = f"write {line} under [time] of the map" if found else "give [time] unit or format"
         raise InputError(message + remedy, "unit", "time.unit")
     return np.where(np.abs(times) <= LATEST, times, np.nan), remark  # which single ones may be, as fill values
+
+
+def _start(text: str, unit: str, name: str) -> float:
+    """Seconds since 1970 of the date from which on times are counted; 1970 if it is none."""
+    found = re.match(r"(\d\d?)\W(\d\d?)\W\d{4}", text)
+    if found and found[1] != found[2] and max(int(found[1]), int(found[2])) <= 12:
+        message = f"column '{name}' of times: '{text}' is a date in several orders; write unit = \"{unit} since "
+        raise InputError(f'{message}YYYY-MM-DD" under [time] of the map', "missing", "time.unit")
+    return float(np.nan_to_num(_parsed([text], "mixed"))[0])
 
 
 def _parsed(texts: Any, pattern: str) -> np.ndarray:
@@ -205,8 +218,9 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
         times, fractions = _parsed(texts, plain), _parsed(texts, plain.replace("%S", "%S.%f"))
         times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbByGV]", form)
         return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part
-    if not form:
-        times = _parsed(texts, "ISO8601")
+    for pattern in () if form else ("", _NUMBERS):
+        plain = (part.str.replace(pattern, r"\1-\2-\3T\4:\5:\6\7", regex=True) for part in _blocks(texts))
+        times = _parsed(pd.concat(list(plain)) if pattern else texts, "ISO8601")
         if np.isfinite(times).mean() > 0.5:
             return times, False
     parts = _parts(texts, _CLOCK)
@@ -227,6 +241,8 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
     h = np.where(half.isin(["A", "P"]), h % 12 + 12 * (half == "P"), h)
     times = DAY_S * np.nan_to_num(days)[codes] + 3600 * h + 60 * m + np.nan_to_num(s) + np.nan_to_num(parts["part"])
     if not is_part:
+        zone = as_numbers(parts["zone"].str.replace(":", "")) if "zone" in parts else np.zeros(len(times))
+        times -= np.nan_to_num(3600 * np.trunc(zone / 100) + 60 * np.fmod(zone, 100))
         return times + _days(rest, form, name)[codes], False
     period = DAY_S if (h > 0).any() or np.nanmax(m) > 59 else HOUR_S
     return times if has_dates else unwrapped(times, period), True

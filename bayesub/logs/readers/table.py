@@ -38,7 +38,8 @@ WINDOWS |= {0x2212: "-"}  # the minus of spreadsheets
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 _MEASURE = re.compile(rf"{_NUMBER.pattern} ?(?![NSEW]$)(?P<unit>[^\d\s].*)")  # letters alone are sides of the world
-_ARC = re.compile(r"""(\d+)[°:d ]+([\d.]+)['′:m ]*(?:([\d.]+)["″s]*)?$""")  # degrees, minutes, and seconds or none
+_PART = r"(\d+(?:[.,]\d+)?)"  # of an angle: side of the world or sign, degrees, minutes and seconds or none, side
+_ANGLE = re.compile(rf"""(?:([NSEW]) ?|(-))?{_PART}(?:[°:d -]+{_PART})?['′:m -]*(?:{_PART}["″s]*)?°? ?([NSEW])?""")
 # What groups digits -> numbers in which it does: 1,234 and 1,234,567.8, or 1.234 and 1.234.567,8.
 _GROUPED = {m: re.compile(rf"[-+]?[1-9]\d{{0,2}}(\{m}\d{{3}})+(\{d}\d+)?") for m, d in (",.", ".,")}
 
@@ -139,7 +140,8 @@ def _text(path: Path, progress: Progress) -> Table:
         raise InputError(f"{path}: has no rows; expected a line of names and lines of numbers", "data")
     comments = [(k, _plain(line)) for k, line in lines if k < table[0][0]]
     table = comments[-2:] + table  # of which the last may be names and units
-    separator, n_columns = _layout(path, [line for _, line in table[-SAMPLE:]])
+    top_words = [line for _, line in table[:SAMPLE] if not re.search(r"\d", line)]
+    separator, n_columns = _layout(path, [line for _, line in table[-SAMPLE:]], top_words)
     heads, unit_cells, first = _header(path, table, separator, n_columns)
     begin = table[first][0]
     above = [(k, _cells(line, separator)) for k, line in lines if k < begin and not line.lstrip().startswith(COMMENTS)]
@@ -175,9 +177,7 @@ def _text(path: Path, progress: Progress) -> Table:
                         if k + 1 < n_columns and frame[k + 1].isin(list("NSEWnsew")).all():
                             frame[k] = frame[k].astype(str) + frame[k + 1].str.upper()
                         if frame[k].dtype.kind not in "biuf":  # 33.9 S, 151.2 E
-                            ahead = frame[k].str.replace(r"(?<=[\d'′\"″]) ?[NE]$", "", regex=True)
-                            signed = ahead.str.replace(r"^(.*[\d'′\"″]) ?[SW]$", r"-\1", regex=True)
-                            frame[k] = signed.str.replace(_ARC, _degrees, regex=True)
+                            frame[k] = frame[k].map(_degrees, na_action="ignore")
                     for k in [k for k in frame if group and frame[k].dtype.kind not in "biuf"]:
                         texts = frame[k].astype(str)
                         is_grouped = texts.str.fullmatch(_GROUPED[group])
@@ -234,16 +234,20 @@ def _cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in next(rows, [])]
 
 
-def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
-    """The separator that leaves the most numbers in the last lines, the first of equals, and the number of columns."""
+def _layout(path: Path, lines: list[str], heads: list[str]) -> tuple[str, int]:
+    """The separator that leaves the most numbers in the last lines, the first of equals, and the number of columns.
+
+    One that leaves as many cells in the last line of words is before others, as dates have spaces.
+    """
     layouts = {}
     for separator in SEPARATORS:
         rows = [_cells(line, separator) for line in lines]
         ((n_columns, _),) = Counter(len(row) for row in rows).most_common(1)
         numbers = sum(_is_number(cell, separator) for row in rows if len(row) == n_columns for cell in row)
-        layouts[separator] = numbers if n_columns > 1 else 0, n_columns
+        is_head = any(len(_cells(line, separator)) == n_columns for line in heads[-1:])
+        layouts[separator] = (is_head and numbers > 0, numbers) if n_columns > 1 else (False, 0), n_columns
     best = max(layouts, key=lambda separator: layouts[separator][0])
-    if not layouts[best][0]:
+    if not layouts[best][0][1]:
         message = f"{path}: no columns of numbers, separated by tabs, semicolons, commas or spaces, were made out"
         raise InputError(message, "format")
     return best, layouts[best][1]
@@ -251,11 +255,17 @@ def _layout(path: Path, lines: list[str]) -> tuple[str, int]:
 
 def _is_number(cell: str, separator: str) -> bool:
     number = _NUMBER.fullmatch(re.sub(stamps.THOUSANDS, "", cell))
-    return (number is not None or _unit(cell) != "") and not (separator == "," and "," in cell)
+    angle = re.search("^[NSEW]|[NSEW]$", cell) and _ANGLE.fullmatch(cell)
+    return bool(number or angle or _unit(cell)) and not (separator == "," and "," in cell)
 
 
-def _degrees(match: re.Match) -> str:
-    return f"{float(match[1]) + float(match[2]) / 60.0 + float(match[3] or 0.0) / 3600.0:.9f}"
+def _degrees(cell: Any) -> Any:
+    """A text such as 54°10,5'N or S 33 20.0 as that of its degrees; others as they are."""
+    if not isinstance(cell, str) or not (found := _ANGLE.fullmatch(cell.strip())) or not any(found.group(1, 4, 6)):
+        return cell
+    first, sign, *parts, last = found.groups()
+    degrees = sum(float((part or "0").replace(",", ".")) / 60.0**k for k, part in enumerate(parts))
+    return f"{-degrees if sign or {first, last} & {'S', 'W'} else degrees:.9f}"
 
 
 def _unit(cell: str) -> str:

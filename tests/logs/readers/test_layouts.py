@@ -149,3 +149,35 @@ def test_a_boat_is_told_apart_behind_hundreds_of_flags(tmp_path):
     text = "time," + ",".join(f"f{k}" for k in range(200)) + ",vehicle,depth\n"
     text += "\n".join(f"{k},{','.join(map(str, flags[k]))},{boats[k]},{depth[k]}" for k in range(n))
     assert "'vehicle' tells 2 boats or runs apart" in " ".join(read(tmp_path, text).remarks)
+
+
+WRITINGS = {
+    "a decimal comma": "33°{m}'S;151°12,5'E".replace("{m}", "20,{k}"),
+    "spaces": "33 20.{k} S;151 12.5 E",
+    "the side first": "S 33 20.{k};E 151 12.5",
+    "dashes": "33-20.{k}S;151-12.5E",
+    "seconds, the side first": "S33° 20' {k6}\";E151° 12' 30.0\"",
+}
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("writing", WRITINGS.values(), ids=WRITINGS)
+def test_places_as_people_write_them(writing, separator, tmp_path):
+    if "," in writing and separator == ",":
+        pytest.skip("a decimal comma separates")
+    place = [writing.format(k=k % 10, k6=f"{6 * (k % 10):.1f}").replace(";", separator) for k in range(12)]
+    text = f"time{separator}lat{separator}lon\n" + rows(lambda k: f"{k}{separator}{place[k]}")
+    log = read(tmp_path, text)
+    np.testing.assert_allclose(log.signals["lat"].values, -33 - (20 + np.arange(12) % 10 / 10) / 60, atol=1e-8)
+    np.testing.assert_allclose(log.signals["lon"].values, 151 + 12.5 / 60, atol=1e-8)
+
+
+@pytest.mark.parametrize("head", ["time{}speed", "# a run at sea\ntime{}speed", "date and time{}speed"])
+def test_dates_with_spaces_do_not_separate(head, tmp_path):
+    """Day, year and seconds are three numbers beside the one of the other column, but the head has two cells."""
+    for separator in ",;":
+        day = lambda k: f"30 Nov 2026 10:00:{k:02d}"  # noqa: E731
+        text = head.format(separator) + "\n" + rows(lambda k, s=separator, day=day: f"{day(k)}{s}{k / 8}")
+        (signal,) = read(tmp_path, text).signals.values()
+        np.testing.assert_allclose(signal.values, np.arange(12) / 8)
+        np.testing.assert_allclose(np.diff(signal.times), 1.0)

@@ -115,6 +115,37 @@ def test_messages_of_the_vehicle_s_own_are_read(tmp_path):
     np.testing.assert_allclose(log.signals["/tail.rpm"].values, 900.0)
 
 
+def test_joints_have_names(tmp_path):
+    """Their order may change from message to message."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kinds, kind = store.types, "sensor_msgs/msg/JointState"
+    with Writer(tmp_path / "bag", version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        connection = writer.add_connection("/joints", kind, typestore=store)
+        for k in range(4):
+            header = kinds["std_msgs/msg/Header"](kinds["builtin_interfaces/msg/Time"](k, 0), "")
+            names, angles = [*zip(("rudder", "stern_plane"), (0.1, 0.2), strict=True)], np.zeros(0)
+            names, at = zip(*(names[:: -1 if k % 2 else 1]), strict=True)
+            message = kinds[kind](header, list(names), np.array(at) * k, angles, angles)
+            writer.write(connection, k * 10**9, store.serialize_cdr(message, kind))
+    log = readers.read("ros", [tmp_path / "bag"])
+    np.testing.assert_allclose(log.signals["/joints.position[rudder]"].values, [0.0, 0.1, 0.2, 0.3])
+    np.testing.assert_allclose(log.signals["/joints.position[stern_plane]"].values, [0.0, 0.2, 0.4, 0.6])
+    assert not [name for name in log.signals if "velocity" in name]
+
+
+def test_named_values_of_telemetry_are_signals_of_their_own(tmp_path):
+    path = vehicle_logs.telemetry(tmp_path, named={"ballast": lambda t: 3.0 + t, "leak": lambda t: 0.0 * t})
+    log = readers.read("mavlink", [path])
+    times = COMPASS
+    np.testing.assert_allclose(log.signals["NAMED_VALUE_FLOAT[ballast].value"].values, 3.0 + times, rtol=1e-6)
+    np.testing.assert_array_equal(log.signals["NAMED_VALUE_FLOAT[leak].value"].values, 0.0)
+    columns = {"mass_m": {"signal": "NAMED_VALUE_FLOAT[ballast].value", "unit": "m"}}
+    assert len(readers.read("mavlink", [path], LogMap(columns=columns)).signals) == 2
+
+
 def test_telemetry_has_the_times_of_the_autopilot(tmp_path):
     """Messages came 0.1 or 0.2 s late; those with a time of their own are even."""
     log = readers.read("mavlink", [vehicle_logs.telemetry(tmp_path)])

@@ -92,6 +92,7 @@ def test_units_of_times_in_a_map(unit):
 def test_what_the_map_or_the_head_says_counts():
     np.testing.assert_allclose(read([0, 500], unit="ms")[0], [0.0, 0.5])
     np.testing.assert_allclose(read([0, 0.5], unit="days since 1970-01-02")[0], [86400.0, 129600.0])
+    np.testing.assert_allclose(read([0, 0.5], unit="days since 13/1/1970")[0], [12 * 86400.0, 12.5 * 86400.0])
     np.testing.assert_allclose(read([0, 5e7], unit="s", **{})[0], [0.0, 5e7])
     np.testing.assert_allclose(read(["44226,5"], format="excel")[0], [UNIX - UNIX % 86400.0 + 43200.0])
     np.testing.assert_allclose(read([UNIX - 315964800.0 + 18.0], format="gps")[0], [UNIX])
@@ -105,6 +106,11 @@ WRITTEN = {
     "names of months": (written("%d-%b-%Y %H:%M:%S.%f"), {}),
     "ISO": (written("%Y-%m-%dT%H:%M:%S.%fZ"), {}),
     "digits": (written("%Y%m%d_%H%M%S.%f"), {}),
+    "weeks": (written("%G-W%V-%uT%H:%M:%S.%f"), {}),
+    "a dash before the time": (written("%Y/%m/%d-%H:%M:%S.%f"), {}),
+    "one separator": (written("%Y_%m_%d_%H_%M_%S.%f"), {}),
+    "brackets": (written("[%Y-%m-%d %H:%M:%S.%f]"), {}),
+    "days of the year": (written("%Y-%jT%H:%M:%S.%fZ"), {}),
     "a pattern": (written("%y|%d|%m %H-%M-%S.%f"), {"format": "%y|%d|%m %H-%M-%S.%f"}),
     "a pattern without its fraction": (written("%a %b %d %H:%M:%S.%f %Y"), {"format": "%a %b %d %H:%M:%S %Y"}),
 }
@@ -131,6 +137,13 @@ def test_date_and_time_in_two_columns(name):
     np.testing.assert_allclose(read(cells, name, dates, **clock)[0], ROWS, atol=1e-4, rtol=0)
 
 
+@pytest.mark.parametrize(("zone", "hours"), [("+0100", 1.0), ("-03:30", -3.5), ("+00:00", 0.0)])
+@pytest.mark.parametrize("pattern", ["%d/%m/%Y %H:%M:%S.%f ", "%Y/%m/%d-%H:%M:%S.%f", "%a %b %d %Y %H:%M:%S.%f GMT"])
+def test_hours_from_utc_are_subtracted(pattern, zone, hours):
+    cells = [cell + zone for cell in written(pattern)]
+    np.testing.assert_allclose(read(cells)[0], ROWS - 3600.0 * hours, atol=1e-6, rtol=0)
+
+
 def test_times_of_the_day_go_on_past_midnight():
     """So do parts of a day, minutes and seconds past the hour, and the half of a day."""
     for cells, step in (
@@ -138,6 +151,7 @@ def test_times_of_the_day_go_on_past_midnight():
         (["59:59.5", "00:00.5"], 1.0),
         (["11:59:59 AM", "12:00:00 PM"], 1.0),
         (["12:42:39:500", "12:42:40:500"], 1.0),
+        (["T+00:59:59.5", "T+01:00:00.5"], 1.0),
         (["0 days 23:59:59.5", "1 days 00:00:00.5"], 1.0),
         ([0.5, 0.5 + 1 / 86400.0], 1.0),
         ([235900 + k for k in range(60)] + list(range(60)) + [100], 1.0),
@@ -165,6 +179,7 @@ def test_counts_that_nothing_explains():
     for cells, clock, code in (
         ([1e11, 1e11 + 5e7], {}, ("missing", "time.unit")),  # nanoseconds since the start
         (np.arange(3) * 1e9 + 1.7e18, {"unit": "s"}, ("unit", "time.unit")),
+        ([0.0, 1.0], {"unit": "days since 1/5/2026"}, ("missing", "time.unit")),  # in May, or in January
         ([1.0, 2.0], {"format": "exel"}, ("unknown", "time.format")),
     ):
         with refused(*code):
