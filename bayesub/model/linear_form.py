@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.io.arguments import checked
 from bayesub.logs.log_files import ACCELERATIONS
 from bayesub.model.equations import AXES
 from bayesub.model.trajectory import Trajectory
@@ -25,7 +24,6 @@ class LinearSystem:
     rounding: float | np.ndarray = _REGRESSOR_ROUNDING  # relative error (root mean square) of all or each column
 
 
-@checked
 def linear_systems(
     trajectory: Trajectory, member: int = 0, free: Iterable[str] | None = None
 ) -> dict[str, LinearSystem]:

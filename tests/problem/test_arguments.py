@@ -80,7 +80,6 @@ OF_FUNCTIONS = {
     "a member that there is not": (lambda p: bs.observe(p.trajectory(np.ones(2)), TRACK, None, member=1), "member"),
     "a member in words": (lambda p: bs.observe(p.trajectory(np.ones(2)), TRACK, None, member="one"), "member"),
     "the name of a move": (lambda p: bs.sample(p, rng=np.random.default_rng(1), moves="stretch"), "moves"),
-    "a word as a motion": (lambda _: bs.linear_systems("spiral"), "trajectory"),
     "walkers in words": (lambda p: bs.sample(p, rng=np.random.default_rng(1), n_walkers="many"), "n_walkers"),
     "a criterion in words": (lambda _: bs.Criteria(ess="many"), "ess"),
     "no study": (lambda _: bs.load_study(None), "path"),
