@@ -65,15 +65,10 @@ class ComparedRun:
         """Of one parameter, as JSON types."""
         posterior, quantiles = self.posterior, self.quantiles[:, k].tolist()
         words = [f"q{100 * p:g}" for p in QUANTILES]
-        return {
-            "mean": float(posterior.mean[k]),
-            "sd": float(posterior.sd[k]),
-            **dict(zip(words, quantiles, strict=True)),
-            "prior_mean": float(posterior.prior_mean[k]),
-            "prior_sd": float(posterior.prior_sd[k]),
-            "contraction": float(posterior.contraction[k]),
-            "conditional_sd": self.conditional_sd.get(posterior.names[k]),
-        }
+        moments = ("mean", "sd", "prior_mean", "prior_sd", "contraction")
+        numbers: dict[str, float | None] = {name: float(getattr(posterior, name)[k]) for name in moments}
+        numbers |= {"conditional_sd": self.conditional_sd.get(posterior.names[k])}
+        return numbers | dict(zip(words, quantiles, strict=True))
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,8 @@ _SEEN = 1e-3  # m, below which a motion is round-off
 _SLOW = 0.5  # share of the median speed of the log below which the distance due is unknown: a glider at the surface
 
 APART = 3.0  # times the largest changes otherwise, from which on a reading is no reading
-OFTEN = 3  # cells of a value that is not a usual one, from which on it may stand for no reading
+OFTEN = 3  # cells of a value that is not a usual one, from which on it may stand for no reading; in a row, if others
+RARELY = 0.1  # share of the readings repeat the one before
 PLACES = ("x", "y", "z", "depth", "theta", *HEADINGS)  # which go on from where they are
 ROWS = 16  # in which boats are distinguished by
 GROUPS = 6  # places at most, with a
@@ -172,7 +173,8 @@ def marks(values: np.ndarray, turn: float = 0.0, *, usual: bool = False) -> dict
 
     found, cells = np.unique(values[np.isin(values, far(APART * np.median(folded(steps))))], return_counts=True)
     known, runs = stands_for_missing(found), np.bincount(which)[np.isin(numbers, found)]
-    likely = known | ((cells >= OFTEN) & (runs > 1) & (not usual))
+    others_repeat = len(steps) - len(moves) - (cells - runs) > RARELY * len(values)
+    likely = known | ((cells >= OFTEN) & ((runs > 1) | ~others_repeat) & (not usual))
     rest = values[~np.isin(values, found[likely])]
     others = np.sort(folded(np.diff(rest)))
     least = others[others > 0.0][-OUTLIERS:][0] if np.count_nonzero(others) >= 2 * OUTLIERS else 0.0

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from bayesub.logs.series import HEADINGS
 BACKWARDS_S = 1.0  # a clock that goes back by more was set; by less, messages overtook one another
 # Seconds after which clocks wrap: a minute, hour, half a day, day and week, counts of 16 and 32 bits in ms and us.
 WRAPS = (60.0, 3600.0, 43200.0, 86400.0, 604800.0, 65.536, 4294967.296, 4294.967296)
+OUT_OF_ORDER = 0.2  # share of the rows that are earlier than the row before, beyond which they have no order
 TICK_S = 1e-6  # resolution of the times that are written
 HOLD_S = 1e-3  # an order that is held changes within this time
 REPEAT_S = 0.5  # and is written this often at least, so that it does not take over the pauses of others
@@ -49,8 +51,8 @@ class Conversion:
         """Column -> (n,) cells in its unit; not a number where there is none."""
         return {name: self.cells(name) for name in self.readings}
 
-    def cells(self, name: str, rows: slice = slice(None)) -> np.ndarray:
-        """Those of a column in some of the rows (n,), so that a long log need not be held in memory twice."""
+    def cells(self, name: str, rows: slice = slice(None), factor: float = 1.0) -> np.ndarray:
+        """Those of a column in its unit, times a factor; by parts of the rows a long log is not held twice."""
         column, at = self.readings[name], np.round(self.times[rows] / TICK_S)
         ends = self.zero + at[[0, -1]] * TICK_S + np.array([-0.5, 0.5]) * TICK_S
         first, last = np.searchsorted(column.times, ends)
@@ -58,7 +60,7 @@ class Conversion:
         instants = np.round((column.times[near] - self.zero) / TICK_S)
         place = np.searchsorted(instants, at, "right") - 1
         known = place >= 0 if column.section.held else (place >= 0) & (instants[place] == at)
-        return np.where(known, column.values[near][place], np.nan)
+        return factor * np.where(known, column.values[near][place], np.nan)
 
     def save(self, path: Path, progress: Progress = SILENT) -> None:
         """Write the log as CSV (:func:`bayesub.logs.log_files.write_columns`)."""
@@ -66,7 +68,7 @@ class Conversion:
         for name in self.readings:
             header = log_files.HEADERS.get(log_files.COLUMNS.get(name, (name,))[0], name)
             factor = log_files.si_factor(name) / log_files.si_factor(header)
-            cells[header] = lambda rows, name=name, factor=factor: factor * self.cells(name, rows)
+            cells[header] = partial(self.cells, name, factor=factor)
         log_files.write_columns(path, cells, len(self.times), progress)
 
 
@@ -76,11 +78,11 @@ def convert(log: VehicleLog, log_map: LogMap, source: Path) -> Conversion:
     Messages name its file, `source`. An InputError is raised for a signal that the log does not have, units that do not
     fit, a clock that was set, and columns without a time in common.
     """
-    columns = {}
+    columns, apart = {}, next((remark for remark in log.remarks if "apart; where" in remark), "")
     for name, section in log_map.columns.items():
         where, key = f"{source}: key 'columns.{name}", f"columns.{name}.signal"
         if section.signal in log.signals:
-            columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path)
+            columns[name] = _column(name, section, log.signals[section.signal], f"{where}': ", log.path, apart)
         elif not section.optional:
             why = next((f": {remark}" for remark in log.remarks if remark.startswith(f"'{section.signal}'")), "")
             suggestion = why or _likely(name, section.signal, log.signals)
@@ -126,8 +128,8 @@ def _few(signals: Iterable[str]) -> str:
     return ", ".join(names[:6]) + (f" and {len(names) - 6} more (bayesub convert --list)" if len(names) > 6 else "")
 
 
-def _column(name: str, section: ColumnSection, signal: Signal, where: str, path: Path) -> Column:
-    """The readings of a column: finite numbers by ascending time without repeated stamps, in the unit of the column."""
+def _column(name: str, section: ColumnSection, signal: Signal, where: str, path: Path, apart: str) -> Column:
+    """The readings of a column by ascending times, in its unit; `apart` says what tells boats apart, if anything."""
     remarks = []
     times, values = signal.times - section.delay_s if section.delay_s else signal.times, signal.values
     usable = np.isfinite(times) & np.isfinite(values)
@@ -157,7 +159,7 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
         times, values, steps = times[::-1], values[::-1], -steps[::-1]
     for k in np.flatnonzero(steps < -BACKWARDS_S)[:1]:
         message = f"{path}: the time stamps of '{section.signal}' go back from {times[k]:.12g} to {times[k + 1]:.12g} "
-        message += f"s: {_why_back(steps)}"
+        message += f"s: {apart or _why_back(steps)}"
         raise InputError(message, "data", section.signal)
     if n := np.count_nonzero(steps < 0):
         remarks.append(f"{n} stamps of '{section.signal}' were out of order and are sorted")
@@ -186,6 +188,8 @@ def _column(name: str, section: ColumnSection, signal: Signal, where: str, path:
 def _why_back(steps: np.ndarray) -> str:
     """Why a clock with these steps (n,) goes back, in words: it wraps if it always goes back as far, or by WRAPS."""
     back = np.flatnonzero(steps < -BACKWARDS_S)
+    if len(back) > OUT_OF_ORDER * len(steps):
+        return f"{len(back)} of {len(steps) + 1} rows are earlier than the row before; sort them by time"
     jumps = np.median(steps[steps > 0]) - steps[back] if (steps > 0).any() else -steps[back]
     period = next((wrap for wrap in WRAPS if np.allclose(jumps, wrap, rtol=0.02)), float(np.median(jumps)))
     if period in WRAPS or (len(back) > 1 and np.allclose(jumps, period, rtol=0.02)):

@@ -181,6 +181,38 @@ def test_a_clock_that_wraps_is_told_from_one_that_was_set(times, period):
     assert f"wraps_every_s = {period:.12g}" in str(error.value).replace(".0 ", " ")
 
 
+def test_rows_without_order_are_to_be_sorted(rng):
+    with refused("data", "x") as error:
+        converted(log(x=(rng.permutation(100.0 * np.arange(50.0)), np.arange(50.0), "m")), x_m={"signal": "x"})
+    assert "sort them by time" in str(error.value)
+
+
+def test_what_tells_runs_apart_is_said_before_a_clock_that_wraps():
+    """Runs of the same length begin again as often as a clock that wraps would."""
+    times = np.tile(np.arange(100.0), 3)
+    source = log(x=(times, np.arange(300.0), "m"))
+    with refused("data", "x") as error:
+        converted(source, x_m={"signal": "x"})
+    assert "wraps_every_s = 100 " in str(error.value)
+    line = "'name' tells 3 boats or runs apart; where = { name = \"a\" } in the map keeps those of one"
+    with refused("data", "x") as error:
+        converted(VehicleLog(source.path, source.signals, (line,)), x_m={"signal": "x"})
+    assert line in str(error.value)
+    assert "wraps" not in str(error.value)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, 6999.0])
+def test_one_stretch_without_readings_is_seen_if_no_other_number_repeats(value, rng):
+    times = np.arange(300.0)
+    depth = 5.0 + 0.5 * np.sin(times / 20.0) + 0.01 * rng.standard_normal(300)
+    depth[50:60] = value
+    missing = converted(log(x=(times, depth, "m")), depth_m={"signal": "x"}).remarks
+    assert f"{value:g} stands for no reading in 10 of 300" in " ".join(missing)
+    coarse = np.round(depth, 1)  # whose other numbers repeat too
+    repeated = converted(log(x=(times, coarse, "m")), depth_m={"signal": "x"}).remarks
+    assert not [remark for remark in repeated if "stands for" in remark]
+
+
 def test_a_stamp_years_after_the_others_can_be_cut_off():
     """As a damaged message has it, whose row would come after millions of an order that is held."""
     source = log(a=([0.0, 1.0, 1e12], T, "m"), n=([0.0], [900.0], "rpm"))

@@ -219,8 +219,8 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
         times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbByGV]", form)
         return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part
     for pattern in () if form else ("", _NUMBERS):
-        plain = (part.str.replace(pattern, r"\1-\2-\3T\4:\5:\6\7", regex=True) for part in _blocks(texts))
-        times = _parsed(pd.concat(list(plain)) if pattern else texts, "ISO8601")
+        changed = (part.str.replace(pattern, r"\1-\2-\3T\4:\5:\6\7", regex=True) for part in _blocks(texts))
+        times = _parsed(pd.concat(list(changed)) if pattern else texts, "ISO8601")
         if np.isfinite(times).mean() > 0.5:
             return times, False
     parts = _parts(texts, _CLOCK)
