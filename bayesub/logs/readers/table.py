@@ -38,6 +38,7 @@ WINDOWS |= {0x2212: "-"}  # the minus of spreadsheets
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 _MEASURE = re.compile(rf"{_NUMBER.pattern} ?(?![NSEW]$)(?P<unit>[^\d\s].*)")  # letters alone are sides of the world
+_PLACE = re.compile(r"(?i:lat|lon|lng)(?i:g|itude|gitude)?(?![a-z])")  # and no latest, lateral or longitudinal
 _PART = r"(\d+(?:[.,]\d+)?)"  # of an angle: side of the world or sign, degrees, minutes and seconds or none, side
 _ANGLE = re.compile(rf"""(?:([NSEW]) ?|(-))?{_PART}(?:[°:d -]+{_PART})?['′:m -]*(?:{_PART}["″s]*)?°? ?([NSEW])?""")
 # What groups digits -> numbers in which it does: 1,234 and 1,234,567.8, or 1.234 and 1.234.567,8.
@@ -173,7 +174,7 @@ def _text(path: Path, progress: Progress) -> Table:
                     frame = pd.read_csv(io.StringIO("\n".join(whole)), **options)
                     for k in [k for k in measured if frame[k].dtype.kind not in "biuf"]:
                         frame[k] = frame[k].str.replace(rf"(?<=[\d.,]) ?{re.escape(measured[k])}$", "", regex=True)
-                    for k in [k for k, head in enumerate(heads) if re.match("(?i)lat|lon|lng", head)]:
+                    for k in [k for k, head in enumerate(heads) if _PLACE.match(head)]:
                         if k + 1 < n_columns and frame[k + 1].isin(list("NSEWnsew")).all():
                             frame[k] = frame[k].astype(str) + frame[k + 1].str.upper()
                         if frame[k].dtype.kind not in "biuf":  # 33.9 S, 151.2 E

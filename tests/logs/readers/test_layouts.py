@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from bayesub.logs import readers
+from bayesub.logs.log_map import LogMap
 
 
-def read(folder, text):
+def read(folder, text, log_map=None):
     (folder / "log.csv").write_text(text, encoding="utf-8")
-    return readers.read("csv", [folder / "log.csv"])
+    return readers.read("csv", [folder / "log.csv"], log_map)
 
 
 def rows(form, n=12):
@@ -181,3 +182,12 @@ def test_dates_with_spaces_do_not_separate(head, tmp_path):
         (signal,) = read(tmp_path, text).signals.values()
         np.testing.assert_allclose(signal.values, np.arange(12) / 8)
         np.testing.assert_allclose(np.diff(signal.times), 1.0)
+
+
+def test_what_is_called_nearly_like_a_place(tmp_path):
+    """A date with dashes is not an angle, nor is what goes to the side."""
+    text = "latest_fix,lateral,longDeg\n" + rows(lambda k: f"2026-11-30T10:00:{k:02d},{k}-5,{k} E")
+    log = read(tmp_path, text, LogMap(time={"signal": "latest_fix"}))
+    np.testing.assert_allclose(np.diff(log.signals["longDeg"].times), 1.0)
+    np.testing.assert_allclose(log.signals["longDeg"].values, np.arange(12.0))
+    assert "lateral" not in log.signals
