@@ -177,7 +177,7 @@ def test_places_as_people_write_them(writing, separator, tmp_path):
 def test_dates_with_spaces_do_not_separate(head, tmp_path):
     """Day, year and seconds are three numbers beside the one of the other column, but the head has two cells."""
     for separator in ",;":
-        day = lambda k: f"30 NOV 2026 10:00:{k:02d}"  # noqa: E731
+        day = lambda k: f"30 nov 2026 10:00:{k:02d}"  # noqa: E731
         text = head.format(separator) + "\n" + rows(lambda k, s=separator, day=day: f"{day(k)}{s}{k / 8}")
         (signal,) = read(tmp_path, text).signals.values()
         np.testing.assert_allclose(signal.values, np.arange(12) / 8)
