@@ -38,7 +38,7 @@ WINDOWS |= {0x2212: "-"}  # the minus of spreadsheets
 Line = tuple[int, str]  # its number and text
 _NUMBER = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?")
 _MEASURE = re.compile(rf"{_NUMBER.pattern} ?(?![NSEW]$)(?P<unit>[^\d\s].*)")  # letters alone are sides of the world
-_PLACE = re.compile(r"(?i:lat|lon|lng)(?i:g|itude|gitude)?(?![a-z])")  # and no latest, lateral or longitudinal
+_PLACE = re.compile(r"(?i:lat|lon|lng)(?i:g|g?itud(?:es?|ine)?)?(?![a-z])")  # and no latest, lateral or longitudinal
 _PART = r"(\d+(?:[.,]\d+)?)"  # of an angle: side of the world or sign, degrees, minutes and seconds or none, side
 _ANGLE = re.compile(rf"""(?:([NSEW]) ?|(-))?{_PART}(?:[°:d -]+{_PART})?['′:m -]*(?:{_PART}["″s]*)?°? ?([NSEW])?""")
 # What groups digits -> numbers in which it does: 1,234 and 1,234,567.8, or 1.234 and 1.234.567,8.

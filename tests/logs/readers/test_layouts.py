@@ -184,6 +184,13 @@ def test_dates_with_spaces_do_not_separate(head, tmp_path):
         np.testing.assert_allclose(np.diff(signal.times), 1.0)
 
 
+@pytest.mark.parametrize("head", ["lat", "LAT", "Lat_deg", "latDeg", "Latitude (deg)", "latitud", "Latitudine"])
+def test_names_of_places(head, tmp_path):
+    log = read(tmp_path, f"time,{head},depth\n" + rows(lambda k: f"{k},33.{k:02d} S,{k}"))
+    (name,) = log.signals.keys() - {"depth"}
+    np.testing.assert_allclose(log.signals[name].values, -33.0 - np.arange(12) / 100)
+
+
 def test_what_is_called_nearly_like_a_place(tmp_path):
     """A date with dashes is not an angle, nor is what goes to the side."""
     text = "latest_fix,lateral,longDeg\n" + rows(lambda k: f"2026-11-30T10:00:{k:02d},{k}-5,{k} E")
