@@ -208,7 +208,7 @@ def test_one_stretch_without_readings_is_seen_if_no_other_number_repeats(value, 
     depth[50:60] = value
     missing = converted(log(x=(times, depth, "m")), depth_m={"signal": "x"}).remarks
     assert f"{value:g} stands for no reading in 10 of 300" in " ".join(missing)
-    coarse = np.round(depth, 1)  # whose other numbers repeat too
+    coarse = np.round(depth, 2)  # whose other numbers repeat too
     repeated = converted(log(x=(times, coarse, "m")), depth_m={"signal": "x"}).remarks
     assert not [remark for remark in repeated if "stands for" in remark]
 
