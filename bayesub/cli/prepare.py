@@ -10,7 +10,7 @@ from bayesub.cli import arguments
 from bayesub.cli.arguments import EQUATIONS, KIND, MANOEUVRE, PATH, VEHICLE, NamingGroup, refuse_several
 from bayesub.io import templates, toml_files
 from bayesub.io.errors import InputError
-from bayesub.io.terminal import LONG_S, Bars, aligned, say, say_rows
+from bayesub.io.terminal import LONG_S, SILENT, Bars, aligned, say, say_rows
 
 if TYPE_CHECKING:
     from bayesub.logs.readers.signals import VehicleLog
@@ -151,8 +151,6 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     slocum (.dbd, .ebd), matlab (.mat), netcdf (HDF5 too), csv (any table in text), parquet or kvlcc2 (HSVA and MARIN).
     Several FILEs are pieces of one log.
     """
-    import numpy as np
-
     from bayesub.logs import conversion, readers
     from bayesub.logs.log_map import LogMap, read_map
 
@@ -177,19 +175,23 @@ def convert(kind: str, files: tuple[Path, ...], output: Path | None, map_file: P
     map_file = map_file or toml_files.built_in("maps")[kind]
     log_map = read_map(map_file, kind)
     with Bars(LONG_S) as bars:
-        bars.stage(f"read {files[0].name}")
-        log = readers.read(kind, files, log_map, progress=bars)
-        bars.stage("make the columns")
-        result = conversion.convert(log, log_map, map_file)
-        bars.stage(f"write {output.name}")
-        result.save(output, bars)
-    say(f"{output}: {len(result.times)} rows from {result.times[0]:g} to {result.times[-1]:g} s; {_zero(result.zero)}")
+        bars.stage(f"convert {files[0].name}")
+        of_file = dict[str, None]()
+
+        def logs():
+            for log in readers.parts(kind, files, log_map, bars):
+                of_file.update(dict.fromkeys(log.remarks))
+                yield log
+
+        shown = SILENT if readers.KINDS[kind].module == "table" else bars  # which show the reading
+        last, extents = conversion.save(output, conversion.in_parts(logs(), log_map, map_file), shown)
+    n_rows, begin, end = extents.pop("time_s")
+    say(f"{output}: {n_rows} rows from {begin:g} to {end:g} s; {_zero(last.zero)}")
     say_rows(
-        (name, f"{np.isfinite(x).sum()} cells", f"{np.nanmin(x):.6g} .. {np.nanmax(x):.6g}", one.section.signal)
-        for name, one in result.readings.items()
-        for x in [result.cells(name)]
+        (name, f"{n} cells", f"{least:.6g} .. {most:.6g}", last.readings[name].section.signal)
+        for name, (n, least, most) in extents.items()
     )
-    for remark in (*log.remarks, *result.remarks):
+    for remark in (*of_file, *last.remarks):
         say(f"  note: {remark}")
 
 

@@ -15,7 +15,7 @@ Latitude and longitude become ``x y``, and pressure becomes ``depth``. An empty 
 import gzip
 import warnings
 from array import array
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,6 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError, nearest
-from bayesub.io.terminal import SILENT, Progress
 from bayesub.io.units import DEGREE, KNOT
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
@@ -36,7 +35,7 @@ CONTROLS = ("delta_r", "delta_b", "delta_s")
 
 WRITTEN = "%.12g"  # digits of a number in a file
 COMMENTS = ("#", "%", "//")  # how lines begin that are none
-CHUNK = 100_000  # rows that are searched at a time for what is wrong with a file
+CHUNK = 20_000  # rows that are searched at a time for what is wrong with a file
 
 _LINEAR = {name: f"{name}_m" for name in "xyz"} | {name: f"{name}_mps" for name in "uvw"}
 _LINEAR |= {name: f"{name}_mps2" for name in ACCELERATIONS[:3]}
@@ -293,23 +292,22 @@ def _positions_of_fixes(
     return relative[:, 0], relative[:, 1]
 
 
-def write_log(path: Path, log: dict[str, np.ndarray], progress: Progress = SILENT) -> None:
+def write_log(path: Path, log: dict[str, np.ndarray]) -> None:
     """Write short name -> (n,) array in SI units as CSV; values read back to twelve digits."""
-    cells = {HEADERS.get(name, name): lambda rows, name=name: log[name][rows] / si_factor(name) for name in log}
-    write_columns(path, cells, len(next(iter(log.values()))), progress)
+    parts = (slice(k, k + CHUNK) for k in range(0, max(len(one) for one in log.values()), CHUNK))
+    tables = ({HEADERS.get(name, name): log[name][part] / si_factor(name) for name in log} for part in parts)
+    write_columns(path, tables)
 
 
-def write_columns(
-    path: Path, cells: Mapping[str, Callable[[slice], np.ndarray]], n: int, progress: Progress = SILENT
-) -> None:
-    """Write n rows as CSV; column -> function that gives its cells in a slice of the rows, in its unit."""
+def write_columns(path: Path, tables: Iterable[Mapping[str, np.ndarray]]) -> None:
+    """Write tables of the same columns, name -> (n,) cells in its unit, one below the other as CSV."""
     order = {header: k for k, header in enumerate(HEADERS.values())}
-    names = sorted(cells, key=lambda name: order.get(name, len(order)))
-    row = ",".join([WRITTEN] * len(names)) + "\n"
-    opened = gzip.open if path.suffix == ".gz" else open
+    opened, names = gzip.open if path.suffix == ".gz" else open, list[str]()
     with writing(path), replacing(path) as partial, opened(partial, "wt", encoding="utf-8") as file:
-        file.write(",".join(names) + "\n")
-        for k in range(0, n, CHUNK):
-            rows = np.stack([cells[name](slice(k, k + CHUNK)) for name in names], axis=1)
+        for table in tables:
+            if not names:
+                names = sorted(table, key=lambda name: order.get(name, len(order)))
+                row = ",".join([WRITTEN] * len(names)) + "\n"
+                file.write(",".join(names) + "\n")
+            rows = np.stack([table[name] for name in names], axis=1)
             file.write("".join([row % tuple(line) for line in rows.tolist()]).replace("nan", ""))
-            progress.update(min(k + CHUNK, n) / 1e6, n / 1e6, "million rows")

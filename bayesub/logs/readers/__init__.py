@@ -4,9 +4,10 @@ import importlib
 import math
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 from bayesub.io import toml_files
 from bayesub.io.errors import InputError, check_known
@@ -15,7 +16,10 @@ from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers import stamps
 from bayesub.logs.readers.signals import Signal, VehicleLog, join
 
-__all__ = ["KINDS", "Kind", "Signal", "VehicleLog", "read"]
+__all__ = ["KINDS", "Kind", "Signal", "VehicleLog", "parts", "read"]
+
+T = TypeVar("T")
+MOST = 200_000  # rows that are held at a time
 
 
 @dataclass(frozen=True)
@@ -79,9 +83,29 @@ def read(
     return join([_read(kind, path, log_map, progress, is_whole=True) for path in paths], by_file)
 
 
-def _read(kind: str, path: Path, log_map: LogMap, progress: Progress, is_whole: bool = False) -> VehicleLog:
-    """The log in a file; all of it if nothing is found of what the map names."""
-    reader = importlib.import_module(f"{__name__}.{KINDS[kind].module}")
+def parts(kind: str, paths: Sequence[Path], log_map: LogMap, progress: Progress = SILENT) -> Iterator[VehicleLog]:
+    """The log that :func:`read` gives, part by part if it is a table of more than MOST rows in order of time."""
+    if KINDS[kind].module == "table" and len(paths) == 1 and not log_map.time.tables:
+        from bayesub.logs.readers import table
+
+        _check_file(kind, paths[0])
+        logs = table.parts(paths[0], log_map, progress, MOST)
+        first = _guarded(kind, paths[0], lambda: next(logs))
+        wanted = all(section.optional or section.signal in first.signals for section in log_map.columns.values())
+        falls = any(signal.times[0] > signal.times[-1] for signal in first.signals.values() if len(signal.times))
+        if first.fault is None and wanted and first.signals and not falls:
+            log: VehicleLog | None = first
+            while log is not None:
+                if log.fault is not None:
+                    raise log.fault
+                yield log
+                log = _guarded(kind, paths[0], lambda: next(logs, None))
+            return
+    yield read(kind, paths, log_map, progress=progress)
+
+
+def _check_file(kind: str, path: Path) -> None:
+    """InputError for a folder that is no log, and for what cannot be opened or is empty."""
     if path.is_dir() and not KINDS[kind].is_folder:
         raise InputError(f"{path}: is a folder; name a file in it, such as {KINDS[kind].example}", "file")
     if not path.is_dir():
@@ -89,17 +113,29 @@ def _read(kind: str, path: Path, log_map: LogMap, progress: Progress, is_whole: 
         with toml_files.reading(path, most), path.open("rb") as file:
             if not file.read(1):
                 raise InputError(f"{path}: is empty", "format")
+
+
+def _guarded(kind: str, path: Path, reads: Callable[[], T]) -> T:
+    """What a function reads from a file; InputError for whatever a library raises for one that it cannot make out."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of libraries, about fields that are not used
-            log_map = log_map.model_copy(update={"columns": {}}) if is_whole else log_map
-            log = reader.read(path, log_map, *([progress] if KINDS[kind].module == "table" else []))
+            return reads()
     except (InputError, MemoryError):
         raise
-    except Exception as error:  # whatever a library raises for a file that it cannot make out
+    except Exception as error:
         reason = str(error).strip().partition("\n")[0] or type(error).__name__
         fault = f"{path}: cannot be read as {KINDS[kind].title}: {reason}"
         raise InputError(f"{fault}; is it of this kind ({', '.join(KINDS)}), and whole?", "format") from None
+
+
+def _read(kind: str, path: Path, log_map: LogMap, progress: Progress, is_whole: bool = False) -> VehicleLog:
+    """The log in a file; all of it if nothing is found of what the map names."""
+    reader = importlib.import_module(f"{__name__}.{KINDS[kind].module}")
+    _check_file(kind, path)
+    log_map = log_map.model_copy(update={"columns": {}}) if is_whole else log_map
+    shown = [progress] if KINDS[kind].module == "table" else []
+    log = _guarded(kind, path, lambda: reader.read(path, log_map, *shown))
     if not log.signals and log_map.columns and not is_whole:
         return _read(kind, path, log_map, progress, is_whole=True)
     if not log.signals:

@@ -44,7 +44,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             faults.append(InputError(message, "unknown", "time.signal"))
         for label in found:
             try:
-                seconds, remark = stamps.seconds(pd.Series(vectors[label][0]), clock, vectors[label][1], label)
+                seconds, remark, _ = stamps.seconds(pd.Series(vectors[label][0]), clock, vectors[label][1], label)
             except InputError as error:
                 faults.append(error.within(str(path)))
             else:

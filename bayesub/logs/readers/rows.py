@@ -2,7 +2,6 @@
 
 import json
 import re
-from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -15,6 +14,7 @@ from bayesub.logs.readers import stamps
 
 LOOK, LABELS, JUMP = 2000, 20, 10.0  # rows that are compared; boats at most; size of a jump over the usual change
 MISSING = {"nan", "-nan", "n/a", "na", "null", "none", "-", "--", "?", "inf", "-inf"}
+BACKWARDS_S = 1.0  # a clock that goes back by more was set, or a run begins; by less, messages overtook one another
 SHORT, BURSTS = 0.2, 0.1  # of the mean step of a clock; share of shorter ones, from which on it has bursts
 
 
@@ -44,7 +44,7 @@ class Cells:
     """The cells of a column, block by block: its numbers if they are kept, and how often texts stand among them."""
 
     def __init__(self, is_kept: bool):
-        self.is_kept, self.values = is_kept, array("d")
+        self.is_kept, self.values = is_kept, list[np.ndarray]()
         self.n = self.n_numbers = self.n_texts = 0
         self.is_text, self.texts = False, Counter[str]()
 
@@ -62,7 +62,7 @@ class Cells:
             filled = filled & ~column.index.isin(texts.index)
         self.is_text = self.n_texts > self.n_numbers
         if self.is_kept:
-            self.values.frombytes(np.where(filled, values, np.inf).tobytes())  # infinite: no reading
+            self.values.append(np.where(filled, values, np.inf))  # infinite: no reading
 
     def remarks(self, name: str) -> list[str]:
         """Words for texts in a column of that name."""
@@ -73,11 +73,14 @@ class Cells:
         return [f"'{name}': {kinds} of {self.n} cells, which are no readings"] if kinds else []
 
 
-def compared(frames: Iterable[Any], names: list[str], times: np.ndarray) -> list[str]:
-    """Remarks on several boats and times of receipt, by rows about the first step back of times (n,), or the first."""
+def compared(frames: Iterable[Any], names: list[str], times: np.ndarray, offset: int = 0) -> list[str]:
+    """Remarks on several boats and times of receipt, by rows about the first step back of times (n,), or the first.
+
+    The times are those of the rows from `offset` on.
+    """
     import pandas as pd
 
-    begin, parts, n = max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2), [], 0
+    begin, parts, n = max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2), [], -offset
     for cells in frames:
         parts.append(cells[max(0, begin - n) : max(0, begin + LOOK - n)])
         n += len(cells)

@@ -37,16 +37,17 @@ _NUMBERS = r"^\[?(\d{4})\D(\d\d)\D(\d\d)\D+(\d\d)\D(\d\d)\D(\d\d)([^\]]*)\]?$"  
 _DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_ ]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<part>[.,]\d+)?(?P<half>$)"  # 124239.5
 
 
-def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) -> tuple[np.ndarray, str]:
+def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) -> tuple[np.ndarray, str, Clock]:
     """Times (n,) in seconds of a column of pandas, and a remark if its numbers showed what they count.
 
     The map has a clock and the file a unit, which may be empty; `dates` is the column of dates or GPS weeks that times
-    of the day or week are added to. Dates become seconds since 1970, and stamps that are no times not a number.
+    of the day or week are added to. Dates become seconds since 1970, and stamps that are no times not a number. The
+    clock that is returned reads more rows of the column in the same way.
     InputError for what can be read in several ways, with the line of the map that decides.
     """
     import pandas as pd
 
-    form, unit, remark = clock.format or "", clock.unit or unit or _unit_of(name), ""
+    form, unit, remark, shown = clock.format or "", clock.unit or unit or _unit_of(name), "", dict[str, Any]()
     if form and "%" not in form:
         message = f"key 'time.format': '{form}' is neither a pattern such as %d/%m/%Y nor one of {', '.join(FORMATS)}"
         check_known(form, FORMATS, message, key="time.format")
@@ -54,15 +55,15 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
         zero = pd.Timestamp(0, tz=column.dt.tz) if column.dtype.kind == "M" else pd.Timedelta(0)
         times = (column - zero).dt.total_seconds().to_numpy()
         times = unwrapped(times, DAY_S if np.nanmax(times, initial=0.0) <= DAY_S else None)
-        return unwrapped(times, clock.wraps_every_s), ""
+        return unwrapped(times, clock.wraps_every_s), "", clock
     numbers, unit = as_numbers(column), "" if unit.lower() in ZONES else unit
     if "%" in form or not np.isfinite(numbers).any() or (not unit + form and _are_digits(numbers)):
         if column.dtype.kind in "iuf":
             column = pd.Series([f"{int(x):06d}{f'{x % 1:.6f}'[1:]}" if np.isfinite(x) else "" for x in numbers])
-        times, is_part = _written(column.astype(str).str.strip(), form, name, dates is not None)
+        times, is_part, shown["format"] = _written(column.astype(str).str.strip(), form, name, dates is not None)
     else:
         is_of_week = dates is not None and re.sub(r"\W+", "_", name.lower()) in OF_WEEK
-        times, remark = _counted(numbers, form, unit, name, is_of_week)
+        times, remark, shown = _counted(numbers, form, unit, name, is_of_week)
         is_part = is_of_week or (remark != "" and np.nanmax(times) <= DAY_S)
     if dates is not None and (is_part or clock.date):
         counts = as_numbers(dates)
@@ -73,8 +74,10 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
             times = times + FORMATS["excel"][1] + DAY_S * counts
         else:
             texts = dates.astype(str).str.replace(r"\.0$", "", regex=True)
-            times = times + _days(texts, "" if "%M" in form else form, str(dates.name))
-    return unwrapped(times, clock.wraps_every_s), remark
+            days, order = _days(texts, "" if "%M" in form else form, str(dates.name))
+            times, shown = times + days, shown | ({"format": order} if "format" in shown and not form else {})
+        shown["date"] = str(dates.name)
+    return unwrapped(times, clock.wraps_every_s), remark, clock.model_copy(update=shown)
 
 
 def unwrapped(times: np.ndarray, period: float | None) -> np.ndarray:
@@ -130,8 +133,13 @@ def _are_digits(numbers: np.ndarray) -> bool:
     return bool((is_clock or is_moment) and ((numbers % 100 < 60) & (numbers % 1e4 < 6e3)).all())
 
 
-def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: bool) -> tuple[np.ndarray, str]:
-    """Times (n,) that are counted in a unit or as a format of the map, or as the numbers show, with a remark if so."""
+def _counted(
+    numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: bool
+) -> tuple[np.ndarray, str, dict[str, Any]]:
+    """Times (n,) that are counted in a unit or as a format of the map, or as the numbers show, with a remark if so.
+
+    The keys of a clock by which they are read in the same way are last.
+    """
     some = numbers[:: 1 + len(numbers) // LONG]
     low, high = np.nanquantile(some, [0.01, 0.99], method="nearest")  # a few may be damaged, or come in bursts
     step, mean = _step(numbers), (high - low) / (0.98 * max(len(numbers) - 1, 1))
@@ -143,8 +151,9 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
     places = COUNTS | {key: place for key, place in FORMATS.items() if key != "gps"}
     found = next((key for key, place in places.items() if fits(*place)), "")
     line = f'{"unit" if found in COUNTS else "format"} = "{found}"'
-    (size, zero), remark = FORMATS.get(form, (1.0, 0.0)), ""
+    (size, zero), remark, shown = FORMATS.get(form, (1.0, 0.0)), "", {"unit": None if form else "s"}
     if unit:
+        shown = {}
         unit, *since = re.split(r"\s+since\s+", unit, flags=re.IGNORECASE)
         try:
             size = seconds_in(unit)
@@ -154,11 +163,12 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
         zero = zero if form or not since else _start(since[0], unit, name)
     elif is_of_week:
         size = 1e-3 if high > WEEK_S or name.lower() in MILLISECONDS else 1.0
+        shown = {"unit": "s" if size == 1.0 else "ms"}
     elif not form and high <= 1.0 and STEP[0] / DAY_S <= step < STEP[0]:
-        size, remark = DAY_S, f"'{name}' is read as the part of a day that has passed"
+        size, remark, shown = DAY_S, f"'{name}' is read as the part of a day that has passed", {"unit": "d"}
     elif not form and not fits(1.0, 0.0, -np.inf):
         if found:
-            size, zero = places[found]
+            (size, zero), shown = places[found], {"unit" if found in COUNTS else "format": found}
             begin = np.datetime64(int(zero + size * np.nanmin(numbers)), "s").item()
             remark = f"'{name}' is read with {line} and begins on {begin} UTC; [time] of the map can say otherwise"
         else:
@@ -173,7 +183,7 @@ def _counted(numbers: np.ndarray, form: str, unit: str, name: str, is_of_week: b
         message = f"column '{name}' of times: {high:.12g} {unit or 's'} is after the year 5000; "
         remedy = f"write {line} under [time] of the map" if found else "give [time] unit or format"
         raise InputError(message + remedy, "unit", "time.unit")
-    return np.where(np.abs(times) <= LATEST, times, np.nan), remark  # which single ones may be, as fill values
+    return np.where(np.abs(times) <= LATEST, times, np.nan), remark, shown  # which single ones may be, as fill values
 
 
 def _start(text: str, unit: str, name: str) -> float:
@@ -209,24 +219,25 @@ def _parts(texts: Any, pattern: str) -> Any:
     return pd.concat(tables, ignore_index=True)
 
 
-def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndarray, bool]:
-    """Times (n,) of texts by a pattern of the map, or as they are, and whether these are times of the day."""
+def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndarray, bool, str]:
+    """Times (n,) of texts by a pattern of the map, or as they are; whether of the day; and the pattern of their dates."""
     import pandas as pd
 
     if "%M" in form and form != "%M:%S":
         plain = re.sub("[.,]%f", "", form).replace(",", ".")
         times, fractions = _parsed(texts, plain), _parsed(texts, plain.replace("%S", "%S.%f"))
         times, is_part = np.where(np.isnan(times), fractions, times), not re.search("%[djbByGV]", form)
-        return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part
+        return unwrapped(np.mod(times, DAY_S), None if has_dates else DAY_S) if is_part else times, is_part, form
     for pattern in () if form else ("", _NUMBERS):
         changed = (part.str.replace(pattern, r"\1-\2-\3T\4:\5:\6\7", regex=True) for part in _blocks(texts))
         times = _parsed(pd.concat(list(changed)) if pattern else texts, "ISO8601")
         if np.isfinite(times).mean() > 0.5:
-            return times, False
+            return times, False, ""
     parts = _parts(texts, _CLOCK)
     parts = _parts(texts, _DIGITS) if parts["h"].isna().all() else parts
     if parts["h"].isna().all():
-        return _days(texts, form, name), False
+        days, order = _days(texts, form, name)
+        return days, False, order
     h, m, s = (parts[key].to_numpy() for key in "hms")
     codes, dates = pd.factorize(parts["date"].fillna("").str.strip())
     rest = pd.Series(dates, dtype=str)
@@ -243,13 +254,14 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
     if not is_part:
         zone = as_numbers(parts["zone"].str.replace(":", "")) if "zone" in parts else np.zeros(len(times))
         times -= np.nan_to_num(3600 * np.trunc(zone / 100) + 60 * np.fmod(zone, 100))
-        return times + _days(rest, form, name)[codes], False
+        days, order = _days(rest, form, name)
+        return times + days[codes], False, order
     period = DAY_S if (h > 0).any() or np.nanmax(m) > 59 else HOUR_S
-    return times if has_dates else unwrapped(times, period), True
+    return times if has_dates else unwrapped(times, period), True, form
 
 
-def _days(texts: Any, form: str, name: str) -> np.ndarray:
-    """Seconds since 1970 (n,) at midnight of dates; InputError if their order cannot be seen."""
+def _days(texts: Any, form: str, name: str) -> tuple[np.ndarray, str]:
+    """Seconds since 1970 (n,) at midnight of dates, and their pattern; InputError if their order cannot be seen."""
     import pandas as pd
 
     codes, uniques = pd.factorize(texts)
@@ -266,9 +278,9 @@ def _days(texts: Any, form: str, name: str) -> np.ndarray:
     ranks = {key: (np.isnan(times).sum(), np.ptp(times[np.isfinite(times)])) for key, times in found.items()}
     best = [key for key, rank in ranks.items() if rank == min(ranks.values())]
     if not best:
-        return np.full(len(texts), np.nan)
+        return np.full(len(texts), np.nan), form
     if not all(np.array_equal(found[key], found[best[0]], equal_nan=True) for key in best):
         lines = " or ".join(f'format = "{key}"' for key in best)
         message = f"'{texts.iloc[0]}' of '{name}' is a date in several orders; write {lines} under [time] of the map"
         raise InputError(message, "missing", "time.format")
-    return np.append(found[best[0]], np.nan)[codes]
+    return np.append(found[best[0]], np.nan)[codes], best[0]

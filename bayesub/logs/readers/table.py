@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cache
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from bayesub.io.terminal import SILENT, Progress
 from bayesub.logs.log_map import Clock, LogMap
 from bayesub.logs.readers import rows, stamps
 from bayesub.logs.readers.signals import Signal, VehicleLog, library
+from bayesub.logs.readers.stamps import as_numbers, seconds
 
 SEPARATORS = "\t;|, "  # a space is any number of them
 COMMENTS = ("#", "%", "//")
@@ -50,11 +52,19 @@ def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog
 
     Only numbers of columns that the map names are kept, or of all if it names none.
     """
+    return next(parts(path, log_map, progress))
+
+
+def parts(path: Path, log_map: LogMap, progress: Progress = SILENT, most: float = np.inf) -> Iterator[VehicleLog]:
+    """The log of a table in parts of about `most` rows; what the first shows of its times counts for all.
+
+    The last part has the remarks on all, and possibly a fault.
+    """
     import pandas as pd
 
     with path.open("rb") as file:
         is_parquet = file.read(4) == b"PAR1"
-    heads, unit_cells, where, blocks, remarks, faults = (_parquet if is_parquet else _text)(path, progress)
+    heads, unit_cells, where, blocks, of_file, faults = (_parquet if is_parquet else _text)(path, progress)
     names: list[str] = []
     for k, head in enumerate(heads):
         name, unit = _name_and_unit(head)
@@ -68,7 +78,7 @@ def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog
     # As the map has it, which may be as the file has it.
     labels = [next((one for one in wanted if _plain(one) == h), n) for h, n in zip(heads, names, strict=True)]
     cells = [rows.Cells(not wanted or label in wanted) for label in labels]
-    used, clock, stamped = tuple[int, ...](), log_map.time.clock(path.stem), list[Any]()
+    used, clock, stamped, begin, remarks = tuple[int, ...](), log_map.time.clock(path.stem), list[Any](), 0, list[str]()
 
     def frames():
         return rows.of_one(path, blocks(), names, log_map.where)
@@ -77,34 +87,38 @@ def read(path: Path, log_map: LogMap, progress: Progress = SILENT) -> VehicleLog
         used = _time_columns(frames(), names, heads, clock)
     except InputError as error:
         faults.append(error.within(str(path)))
-    for frame in frames():
+    stamp = _Stamps([names[k] for k in used], unit_cells[used[0]] if used else "", clock, where)
+    for frame, following in pairwise(chain(frames(), [None])):
+        assert frame is not None
         stamped.append(frame[list(used)].copy())  # which does not hold the other columns
         for k in set(frame) - set(used):
             cells[k].add(frame[k])
-    stamp, stamped, remarks = pd.concat(stamped, ignore_index=True), [], [*remarks]
-    times = np.full(len(stamp), np.nan)
-    try:
-        if used:
-            times, more = _times(stamp, [names[k] for k in used], unit_cells[used[0]], clock, where)
-            remarks += more
-    except InputError as error:
-        faults.append(error.within(str(path)))
-        for k in used:
-            cells[k].add(stamp[k])
-    fault = faults[0] if faults else None
-    if fault is None:
-        remarks += rows.compared(frames(), names, times)
-    timed = np.isfinite(times) | (fault is not None)
-    kept = slice(None) if timed.all() else timed
-    signals, times = {}, times[kept]
-    for k, column in enumerate(cells):
-        remarks += column.remarks(names[k])
-        if column.values and not column.is_text:
-            values = np.frombuffer(column.values)[kept]
-            filled = ~np.isposinf(values)
-            cut = slice(None) if filled.all() else filled  # columns without empty cells share their times
-            signals[labels[k]] = Signal(times[cut], values[cut], unit_cells[k])
-    return VehicleLog(path, signals, tuple(remarks), fault)
+        if following is not None and sum(map(len, stamped)) < most:
+            continue
+        some, stamped, noted = pd.concat(stamped, ignore_index=True), [], dict.fromkeys(of_file)
+        times = np.full(len(some), np.nan)
+        try:
+            if used:
+                times = stamp.times(some, is_last=following is None)
+        except InputError as error:
+            faults.append(error.within(str(path)))
+            for k in used:
+                cells[k].add(some[k])
+        fault = faults[0] if faults else None
+        if fault is None and (not begin or (np.diff(times) < -rows.BACKWARDS_S).any()):
+            remarks += [one for one in rows.compared(frames(), names, times, begin) if one not in remarks]
+        timed = np.isfinite(times) | (fault is not None)
+        kept = slice(None) if timed.all() else timed
+        signals, begin, times = {}, begin + len(times), times[kept]
+        for k, column in enumerate(cells):
+            if column.values and not column.is_text:
+                values = np.concatenate(column.values)[kept]
+                filled = ~np.isposinf(values)
+                cut = slice(None) if filled.all() else filled  # columns without empty cells share their times
+                signals[labels[k]] = Signal(times[cut], values[cut], unit_cells[k])
+            column.values = []
+        of_columns = [one for k, column in enumerate(cells) if following is None for one in column.remarks(names[k])]
+        yield VehicleLog(path, signals, (*noted, *stamp.remarks, *remarks, *of_columns), fault)
 
 
 # Heads and units by column, a place in words, the cells in tables of pandas, and remarks and faults, known at the end.
@@ -339,7 +353,7 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
     likely = [name for name in [*TIMES, *stamps.OF_WEEK] if name in lower]
     likely += [name for name in lower if re.search("(^|_)time|time(_|$)|stamp|clock", name)]
     if "t" in lower and not (likely or clock.signal):
-        likely = ["t"] * stamps.may_be_clock(stamps.as_numbers(top()[lower["t"]]))
+        likely = ["t"] * stamps.may_be_clock(as_numbers(top()[lower["t"]]))
     if clock.signal is not None:
         time = given(clock.signal, "signal")
     elif likely or split:
@@ -352,7 +366,7 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
         frame = top()
         if typed := [k for k in frame if frame[k].dtype.kind == "M"]:
             return (typed[0],)
-        ascends = [name for k, name in enumerate(names) if (np.diff(stamps.as_numbers(frame[k])) > 0).all()]
+        ascends = [name for k, name in enumerate(names) if (np.diff(as_numbers(frame[k])) > 0).all()]
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
         message = f"which column is the time? give [time] signal in the map, {some}"
         raise InputError(message, "missing", "time.signal")
@@ -364,30 +378,48 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
     return time, *[lower[name] for name in dates if name in lower and lower[name] != time][:1]
 
 
-def _times(parts: Any, names: list[str], unit: str, clock: Clock, where: str) -> tuple[np.ndarray, list[str]]:
-    """Time stamps (n,) of the columns that hold them in seconds, not a number where there is none, and remarks."""
-    import pandas as pd
+class _Stamps:
+    """The times of the rows of a table, part by part."""
 
-    stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, names, strict=True))
-    if len(dates) > 1:  # times of the day in columns (PARTS), or dates if all six are there
-        numbers = [pd.Series(stamps.as_numbers(parts[k])) for k in parts]
-        rest = 1e-3 * numbers.pop() if names[-1].lower() in PARTS[-1] else 0.0
-        *days, hour, minute, second = numbers
-        stamp, dates = pd.to_timedelta(3600 * hour + 60 * minute + second + rest, unit="s"), []
-        if len(days) == 3:
-            year, month, day = days
-            dated = {"year": year.where(year > 99, year + 2000), "month": month, "day": day}
-            stamp = pd.to_datetime(dated, errors="coerce") + stamp
-    if names[-1].lower().endswith(tuple(NANOSECONDS.values())):
-        stamp, dates = pd.Series(stamps.as_numbers(stamp) + 1e-9 * stamps.as_numbers(dates[0])), []
-    dates = [one.ffill() for one in dates]  # which may stand in the first row of a day only
-    times, remark = stamps.seconds(stamp, clock, unit, names[0], *dates)
-    remarks, wrong = [remark] if remark else [], np.flatnonzero(~np.isfinite(times))
-    if len(wrong):
-        text = "an empty cell" if stamp.isna().iloc[wrong[0]] else f"'{stamp.iloc[wrong[0]]}'"
-        message = f"{where.format(wrong[0] + 1)}, column '{names[0]}': {text} is not a time"
-        if len(wrong) > MOST_WRONG * len(times):
+    def __init__(self, names: list[str], unit: str, clock: Clock, where: str):
+        self.names, self.unit, self.clock, self.where = names, unit, clock, where
+        self.remarks, self.wrong, self.n, self.n_wrong = list[str](), "", 0, 0  # rows so far, and those without a time
+        self.last: tuple[Any, float] | None = None  # cells of the last row that has a time, and this
+
+    def times(self, parts: Any, *, is_last: bool) -> np.ndarray:
+        """Time stamps (n,) of the columns that hold them in seconds, not a number where there is none."""
+        import pandas as pd
+
+        n = len(parts)
+        parts = parts if self.last is None else pd.concat([self.last[0], parts], ignore_index=True)
+        stamp, *dates = (parts[k].rename(name) for k, name in zip(parts, self.names, strict=True))
+        if len(dates) > 1:  # times of the day in columns (PARTS), or dates if all six are there
+            numbers = [pd.Series(as_numbers(parts[k])) for k in parts]
+            rest = 1e-3 * numbers.pop() if self.names[-1].lower() in PARTS[-1] else 0.0
+            *days, hour, minute, second = numbers
+            stamp, dates = pd.to_timedelta(3600 * hour + 60 * minute + second + rest, unit="s"), []
+            if len(days) == 3:
+                year, month, day = days
+                dated = {"year": year.where(year > 99, year + 2000), "month": month, "day": day}
+                stamp = pd.to_datetime(dated, errors="coerce") + stamp
+        if self.names[-1].lower().endswith(tuple(NANOSECONDS.values())):
+            stamp, dates = pd.Series(as_numbers(stamp) + 1e-9 * as_numbers(dates[0])), []
+        dates = [one.ffill() for one in dates]  # which may stand in the first row of a day only
+        times, remark, self.clock = seconds(stamp, self.clock, self.unit, self.names[0], *dates)
+        self.remarks += [remark] if remark else []
+        if self.last is not None:
+            times = times + (self.last[1] - times[0])  # by the periods of a clock that began again before
+        for k in np.flatnonzero(np.isfinite(times))[-1:] if not is_last else ():
+            self.last = parts.ffill().iloc[[k]], times[k]
+        times, stamp = times[len(times) - n :], stamp[len(times) - n :]
+        wrong = np.flatnonzero(~np.isfinite(times))
+        if len(wrong) and not self.wrong:
+            text = "an empty cell" if stamp.isna().iloc[wrong[0]] else f"'{stamp.iloc[wrong[0]]}'"
+            where = self.where.format(self.n + wrong[0] + 1)
+            self.wrong = f"{where}, column '{self.names[0]}': {text} is not a time"
+        self.n, self.n_wrong = self.n + n, self.n_wrong + len(wrong)
+        if is_last and self.n_wrong > MOST_WRONG * self.n:
             remedy = "expected numbers, or dates such as 2026-05-01T10:00:00.5; format under [time] says others"
-            raise InputError(f"{message}; {remedy}", "data", names[0])
-        remarks.append(f"{message}; {len(wrong)} such rows are left out")
-    return times, remarks
+            raise InputError(f"{self.wrong}; {remedy}", "data", self.names[0])
+        self.remarks += [f"{self.wrong}; {self.n_wrong} such rows are left out"] if is_last and self.wrong else []
+        return times

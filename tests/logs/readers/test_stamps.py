@@ -20,7 +20,7 @@ def written(pattern):
 
 def read(cells, name="t", dates=None, unit="", of_map=None, **clock):
     dates, clock = dates if dates is None else pd.Series(dates, name="date"), {"unit": of_map} | clock
-    return stamps.seconds(pd.Series(cells), Clock(**clock), unit, name, dates)
+    return stamps.seconds(pd.Series(cells), Clock(**clock), unit, name, dates)[:2]
 
 
 COUNTED = {
