@@ -81,10 +81,11 @@ def compared(frames: Iterable[Any], names: list[str], times: np.ndarray, offset:
     import pandas as pd
 
     begin, parts, n = max(0, int(np.argmax(np.diff(times, prepend=times[:1]) < 0.0)) - LOOK // 2), [], -offset
+    end = min(begin + LOOK, len(times))
     for cells in frames:
-        parts.append(cells[max(0, begin - n) : max(0, begin + LOOK - n)])
+        parts.append(cells[max(0, begin - n) : max(0, end - n)])
         n += len(cells)
-        if n >= begin + LOOK:
+        if n >= end:
             break
     some = pd.concat(parts, ignore_index=True)
     readings = [stamps.as_numbers(some[k]) for k in some]

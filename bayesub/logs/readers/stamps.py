@@ -60,7 +60,8 @@ def seconds(column: Any, clock: Clock, unit: str, name: str, dates: Any = None) 
     if "%" in form or not np.isfinite(numbers).any() or (not unit + form and _are_digits(numbers)):
         if column.dtype.kind in "iuf":
             column = pd.Series([f"{int(x):06d}{f'{x % 1:.6f}'[1:]}" if np.isfinite(x) else "" for x in numbers])
-        times, is_part, shown["format"] = _written(column.astype(str).str.strip(), form, name, dates is not None)
+        times, is_part, order = _written(column.astype(str).str.strip(), form, name, dates is not None)
+        shown["format"] = "%H%M%S" if is_part and not form and np.isfinite(numbers).any() else order
     else:
         is_of_week = dates is not None and re.sub(r"\W+", "_", name.lower()) in OF_WEEK
         times, remark, shown = _counted(numbers, form, unit, name, is_of_week)
@@ -220,7 +221,7 @@ def _parts(texts: Any, pattern: str) -> Any:
 
 
 def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndarray, bool, str]:
-    """Times (n,) of texts by a pattern of the map, or as they are; whether of the day; and the pattern of their dates."""
+    """Times (n,) of texts by a pattern of the map, or as they are; whether of the day; the pattern of dates."""
     import pandas as pd
 
     if "%M" in form and form != "%M:%S":
