@@ -40,6 +40,12 @@ def check(
     return LogCard(tuple(consistency.findings(log, names, tuple(controls))))
 
 
+def joined(cards: Sequence[LogCard]) -> LogCard:
+    """The card of a log that was examined part by part, with the first finding of each kind on each column."""
+    found = {(finding.kind, finding.columns): finding for card in cards[::-1] for finding in card.findings[::-1]}
+    return LogCard(tuple(found.values())[::-1])
+
+
 def _together(log, vehicle) -> dict[str, tuple[np.ndarray, tuple[str, ...]]]:
     """Short name of a control of the equations -> its history (n,) by the fins of the log, and their columns."""
     actuators, times = vehicle.actuators, np.arange(len(log["time"]))

@@ -74,7 +74,7 @@ def save(
 ) -> tuple[Conversion, dict[str, tuple[int, float, float]]]:
     """Write a log as CSV part by part; the last part, and column -> number of cells, smallest and largest."""
     extents: dict[str, tuple[int, float, float]] = {}
-    last = []
+    last = list[Conversion]()
 
     def tables():
         for part in parts:
@@ -84,7 +84,7 @@ def save(
                 for name in ("time_s", *part.readings):
                     cells = part.times[rows] if name == "time_s" else part.cells(name, rows)
                     n, least, most = extents.get(name, (0, np.inf, -np.inf))
-                    n += np.count_nonzero(np.isfinite(cells))
+                    n += int(np.isfinite(cells).sum())
                     extents[name] = n, np.fmin.reduce(cells, initial=least), np.fmax.reduce(cells, initial=most)
                     header = log_files.HEADERS.get(log_files.COLUMNS.get(name, (name,))[0], name)
                     table[header] = cells * (log_files.si_factor(name) / log_files.si_factor(header))
@@ -205,13 +205,13 @@ class _Stream:
         times, values = signal.times - section.delay_s if section.delay_s else signal.times, signal.values
         usable = np.isfinite(times) & np.isfinite(values)
         self.n += len(values)
-        self.counts["{n} of {of} values of '{signal}' are not numbers and left out"] += np.count_nonzero(~usable)
+        self.counts["{n} of {of} values of '{signal}' are not numbers and left out"] += int((~usable).sum())
         if section.valid is not None or section.missing:
             least, most = section.valid or (-np.inf, np.inf)
             inside = (values >= least) & (values <= most)
             for mark in section.missing:
                 inside &= ~np.isclose(values, mark, rtol=1e-6, atol=0.0)
-            outside = np.count_nonzero(usable & ~inside)
+            outside = int((usable & ~inside).sum())
             self.counts["{n} of {of} values of '{signal}' are not valid and left out"] += outside
             usable &= inside
         if not usable.all():
@@ -236,7 +236,7 @@ class _Stream:
             return
         new = np.diff(times, prepend=self.last) >= TICK_S
         self.last = times[-1]
-        if n := np.count_nonzero(~new):
+        if n := int((~new).sum()):
             self.counts["{n} stamps of '{signal}' are repeated; the first reading counts"] += n
             times, values = times[new], values[new]
         values = _in_unit(self.name, section, signal.unit, values, self.where)
@@ -261,7 +261,7 @@ class _Stream:
         self.previous = times[-1:] if len(times) else self.previous
         if len(self.rest[0]):
             times, values = np.append(self.rest[0], times), np.append(self.rest[1], values)
-        if n := np.count_nonzero(steps < 0):
+        if n := int((steps < 0).sum()):
             self.counts["{n} stamps of '{signal}' were out of order and are sorted"] += n
             order = np.argsort(times, kind="stable")
             times, values = times[order], values[order]

@@ -14,8 +14,8 @@ Latitude and longitude become ``x y``, and pressure becomes ``depth``. An empty 
 
 import gzip
 import warnings
-from array import array
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -103,34 +103,49 @@ def read_log(
     which that fails is read a second time as text, to find the line that is wrong. If `ascending`, times that do not
     ascend are an error. By the weight density of the water, N/m^3, pressure becomes depth.
     """
+    return next(read_parts(path, controls, ascending=ascending, weight_density=weight_density))
+
+
+def read_parts(
+    path: Path,
+    controls: Iterable[str] = (),
+    *,
+    ascending: bool = True,
+    weight_density: float = WEIGHT_DENSITY,
+    most: float = np.inf,
+) -> Iterator[dict[str, np.ndarray]]:
+    """The log of :func:`read_log` in parts of some `most` rows."""
     path = Path(path)
-    columns, names = _columns(controls), headers(path, controls)
-    cells, line = _numbers(path, names)
-    log = {}
-    for name in names:
-        values, (least, most) = np.frombuffer(cells.pop(name)), possible(name, columns, weight_density)
-        for row in np.flatnonzero((values < least) | (values > most))[:1]:
-            excess = f"{values[row]:g} is beyond {most if values[row] > 0 else least:.4g}, which no boat is"
-            remedy = "check the unit, or empty the cell"
-            if stands_for_missing(values[row : row + 1])[0]:
-                remedy = "empty it if it stands for no reading (in a map missing = "
-                remedy += f"[{values[row]:.12g}] leaves out all such cells)"
-            raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
-        log[columns[name][0]] = values * columns[name][1]
-    if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
-        log["depth"] = log["depth"] / weight_density
-    if any(name in FIXES for name in names):
-        log["x"], log["y"] = _positions_of_fixes(path, names, log, line)
-    times = log["time"]
-    if not np.isfinite(times).all():
-        raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
-    if np.ptp(times) > LONGEST:
-        message = f"{path}: time_s spans {np.ptp(times):.3g} s, more than a year; check the unit, or cut the log"
-        raise InputError(message, "unit", "time_s")
-    for k in np.flatnonzero(np.diff(times) <= 0)[:1] if ascending else ():
-        found = f"found {times[k + 1]:.12g} after {times[k]:.12g}"
-        raise InputError(f"{path}: line {line[k + 1]}: time_s must ascend, {found}", "data", "time_s")
-    return log
+    columns, names, fix, first = _columns(controls), headers(path, controls), np.zeros(0), np.nan
+    for cells, line in _numbers(path, names, most):
+        if not len(line):
+            raise InputError(f"{path}: has a header but no rows", "data")
+        log = {}
+        for name in names:
+            values, (least, largest) = cells.pop(name), possible(name, columns, weight_density)
+            for row in np.flatnonzero((values < least) | (values > largest))[:1]:
+                excess = f"{values[row]:g} is beyond {largest if values[row] > 0 else least:.4g}, which no boat is"
+                remedy = "check the unit, or empty the cell"
+                if stands_for_missing(values[row : row + 1])[0]:
+                    remedy = "empty it if it stands for no reading (in a map missing = "
+                    remedy += f"[{values[row]:.12g}] leaves out all such cells)"
+                raise InputError(f"{path}: line {line[row]}, column '{name}': {excess}; {remedy}", "unit", name)
+            log[columns[name][0]] = values * columns[name][1]
+        if any(columns[name] == PRESSURES.get(name) for name in names):  # and not a control of the vehicle
+            log["depth"] = log["depth"] / weight_density
+        if any(name in FIXES for name in names):
+            log["x"], log["y"], fix = _positions_of_fixes(path, names, log, line, fix)
+        times = log["time"]
+        if not np.isfinite(times).all():
+            raise InputError(f"{path}: line {line[~np.isfinite(times)][0]}: time_s is empty", "data", "time_s")
+        first = times[0] if np.isnan(first) else first
+        if np.ptp([first, times.min(), times.max()]) > LONGEST:
+            message = f"{path}: time_s spans {np.ptp([first, times.min(), times.max()]):.3g} s, more than a year; "
+            raise InputError(message + "check the unit, or cut the log", "unit", "time_s")
+        for k in np.flatnonzero(np.diff(times) <= 0)[:1] if ascending else ():
+            found = f"found {times[k + 1]:.12g} after {times[k]:.12g}"
+            raise InputError(f"{path}: line {line[k + 1]}: time_s must ascend, {found}", "data", "time_s")
+        yield log
 
 
 def stands_for_missing(values: np.ndarray) -> np.ndarray:
@@ -192,40 +207,43 @@ def possible(
     return max(-size, least / factor), min(size, most / factor)
 
 
-def _numbers(path: Path, names: list[str]) -> tuple[dict[str, array], np.ndarray]:
-    """Column -> the n cells of a file, blank rows left out, and the lines (n,) where they stand."""
+def _numbers(path: Path, names: list[str], most: float) -> Iterator[tuple[dict[str, np.ndarray], np.ndarray]]:
+    """Column -> the n cells of a file, blank rows left out, and the lines (n,) where they stand, part by part."""
     import pandas as pd
 
     options: dict[str, Any] = {"skiprows": 1, "names": names, "header": None, "index_col": False, "chunksize": CHUNK}
     options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
-    cells, lines = {name: array("d") for name in names}, array("I")  # they grow in place
+    cells, is_short = {name: list[np.ndarray]() for name in ("", *names)}, False  # by columns, and the lines
     try:
         with toml_files.reading(path), warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             try:
                 with pd.read_csv(path, dtype=float, **options) as tables:
-                    for rows in tables:
-                        filled = rows.notna().any(axis=1)
-                        lines.frombytes((rows.index[filled].to_numpy(np.uint32) + 2).tobytes())
+                    for table, following in pairwise(chain(tables, [None])):
+                        filled = table.notna().any(axis=1)
+                        cells[""].append(table.index[filled].to_numpy() + 2)
                         for name in names:
-                            cells[name].frombytes(rows[name][filled].to_numpy().tobytes())
-            except (pd.errors.ParserError, UnicodeDecodeError):
+                            cells[name].append(table[name][filled].to_numpy())
+                        is_short |= bool(np.isnan(cells[names[-1]][-1]).any())
+                        if following is not None and sum(map(len, cells[""])) < most:
+                            continue
+                        line, *columns = (np.concatenate(cells.pop(name)) for name in ("", *names))
+                        cells = {name: [] for name in ("", *names)}
+                        if any(np.isinf(values).any() for values in columns):
+                            raise _not_a_number(path, options)
+                        if following is None and is_short:
+                            _refuse_short(path, len(names))
+                        yield dict(zip(names, columns, strict=True)), line
+            except (InputError, pd.errors.ParserError, UnicodeDecodeError):
                 raise
             except ValueError:
-                cells = {}
-            if not cells or any(np.isinf(values).any() for values in cells.values()):
-                raise _not_a_number(path, options)
+                raise _not_a_number(path, options) from None
     except pd.errors.ParserWarning:
         message = f"{path}: line 2: has more cells than there are columns; write decimal points"
         raise InputError(message, "format") from None
     except pd.errors.ParserError as error:
         reason = str(error).strip().splitlines()[-1].rpartition("error: ")[2]
         raise InputError(f"{path}: {reason}; write decimal points, not commas", "format") from None
-    if not lines:
-        raise InputError(f"{path}: has a header but no rows", "data")
-    if np.isnan(cells[names[-1]]).any():
-        _refuse_short(path, len(names))
-    return cells, np.frombuffer(lines, dtype=np.uint32)
 
 
 def _refuse_short(path: Path, n_columns: int) -> None:
@@ -260,9 +278,9 @@ def _not_a_number(path: Path, options: dict[str, Any]) -> InputError:
 
 
 def _positions_of_fixes(
-    path: Path, names: list[str], log: dict[str, np.ndarray], line: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """x and y (n,) each of fixes on the ellipsoid WGS 84, in the plane that touches it at the first fix, m.
+    path: Path, names: list[str], log: dict[str, np.ndarray], line: np.ndarray, first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """x and y (n,) of fixes on the ellipsoid WGS 84, in the plane that touches it at the first fix, m; and this.
 
     The `log` has the fixes (n,) in place of x and y, as they stand in the lines `line` (n,) of the columns `names`.
     """
@@ -276,11 +294,11 @@ def _positions_of_fixes(
             message = f"{path}: line {line[k]}, column '{name}': {values[k]:g} is beyond {limit:g}"
             raise InputError(message, "value", name)
     whole = np.flatnonzero(np.isfinite(fixes).all(axis=1))
-    if not whole.size:
+    if not len(first) + len(whole):
         raise InputError(f"{path}: no row has both {FIXES[0]} and {FIXES[1]}", "data", FIXES[0])
     import pymap3d  # here, since most logs have none
 
-    first = fixes[whole[0]]
+    first = first if len(first) else fixes[whole[0]]
     relative = np.full((len(fixes), 3), np.nan)
     for part in np.array_split(whole, 1 + len(whole) // CHUNK):
         relative[part] = np.stack(pymap3d.geodetic2ned(*fixes[part].T, 0.0, *first, 0.0), axis=-1)
@@ -289,7 +307,7 @@ def _positions_of_fixes(
         fix, begin = (f"{values[0]:g}, {values[1]:g}" for values in (fixes[k], first))
         where = f"line {line[k]}: the fix {fix} is {distance[k] / 1e3:.0f} km from the first, {begin}"
         raise InputError(f"{path}: {where}; empty the cells of what is no fix", "data", FIXES[0])
-    return relative[:, 0], relative[:, 1]
+    return relative[:, 0], relative[:, 1], first
 
 
 def write_log(path: Path, log: dict[str, np.ndarray]) -> None:

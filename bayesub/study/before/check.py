@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     Card = DataCard | EquationCard | LogCard | VehicleCard
 
 
+MOST, SHARED = 500_000, 100  # rows of a log that are examined at a time, and how many of them are with those before
 Examined: TypeAlias = "tuple[str, Card | None]"  # in words; and what `check` reports, in lines and as JSON
 
 
@@ -184,6 +185,8 @@ _OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_n
 
 
 def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
+    import numpy as np
+
     from bayesub.findings import log_card
     from bayesub.logs import log_files
 
@@ -194,13 +197,16 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
         raise InputError(text, "format", "u_prime")
     own = (column for vehicle in vehicles for column in vehicle.actuators.log_columns)
     controls = (*own, *(name for name in header if _OF_BOATS.search(name)))
-    log = log_files.read_log(path, controls, ascending=False)
-    times, headers = log["time"], log_files.headers(path, controls)
-    text = f"log of {len(times)} rows from {times[0]:g} to {times[-1]:g} s with {', '.join(headers)}"
-    card = log_card.check(log, headers, controls, vehicles[-1] if vehicles else None)
-    if vehicles and not any(finding.misread for finding in card.findings):  # whose remedies say more
-        vehicles[-1].check_log(log, str(path))
-    return text, card
+    headers, boat = log_files.headers(path, controls), vehicles[-1] if vehicles else None
+    n, ends, before, cards = 0, list[float](), dict[str, np.ndarray](), list[log_card.LogCard]()
+    for log in log_files.read_parts(path, controls, ascending=False, most=MOST):
+        n, ends = n + len(log["time"]), [*ends[:1], *log["time"][[0, -1]]]
+        before = {name: np.append(before.get(name, values[:0])[-SHARED:], values) for name, values in log.items()}
+        cards.append(log_card.check(before, headers, controls, boat))
+        if boat and not any(finding.misread for card in cards for finding in card.findings):  # whose remedies say more
+            boat.check_log(log, str(path))
+    text = f"log of {n} rows from {ends[0]:g} to {ends[-1]:g} s with {', '.join(headers)}"
+    return text, log_card.joined(cards)
 
 
 def _cost(setup: "Setup") -> str:
