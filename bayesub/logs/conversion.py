@@ -115,9 +115,9 @@ def in_parts(logs: Iterable[VehicleLog], log_map: LogMap, source: Path) -> Itera
         streams = streams or _streams(log, log_map, source)
         for stream in streams.values():
             stream.add(log, np.inf if following is None else log.end - BACKWARDS_S)
-        firsts = [stream.first for stream in streams.values() if not np.isnan(stream.first)]
-        if np.isnan(zero) and firsts:
-            zero = min(firsts) if log_map.time.zero == "first" else log_map.time.zero
+        if np.isnan(zero):
+            first = np.fmin.reduce([stream.first for stream in streams.values()])
+            zero = first if log_map.time.zero == "first" else log_map.time.zero
         for stream in streams.values():
             stream.trim(zero, log_map.time)
             if following is None:
@@ -232,13 +232,12 @@ class _Stream:
             self.limit = np.fmin(until - section.delay_s, self.anchor + (n - 1e-6) * section.interval_s)
             ready = times < self.limit
         self.rest, times, values = (times[~ready], values[~ready]), times[ready], values[ready]
-        if not len(times):
-            return
         new = np.diff(times, prepend=self.last) >= TICK_S
-        self.last = times[-1]
-        if n := int((~new).sum()):
-            self.counts["{n} stamps of '{signal}' are repeated; the first reading counts"] += n
-            times, values = times[new], values[new]
+        self.last = np.append(self.last, times)[-1]
+        self.counts["{n} stamps of '{signal}' are repeated; the first reading counts"] += int((~new).sum())
+        if not new.any():
+            return
+        times, values = (times, values) if new.all() else (times[new], values[new])
         values = _in_unit(self.name, section, signal.unit, values, self.where)
         if section.interval_s is not None:
             times, values = self._thinned(times, values, section.interval_s)
@@ -261,8 +260,8 @@ class _Stream:
         self.previous = times[-1:] if len(times) else self.previous
         if len(self.rest[0]):
             times, values = np.append(self.rest[0], times), np.append(self.rest[1], values)
-        if n := int((steps < 0).sum()):
-            self.counts["{n} stamps of '{signal}' were out of order and are sorted"] += n
+        self.counts["{n} stamps of '{signal}' were out of order and are sorted"] += int((steps < 0).sum())
+        if (np.diff(times) < 0).any():
             order = np.argsort(times, kind="stable")
             times, values = times[order], values[order]
         return times, values

@@ -29,15 +29,8 @@ names_of_axis = EQUATIONS.names_of_axis
 def regressors(states: np.ndarray, accelerations: np.ndarray, controls: np.ndarray) -> dict[str, np.ndarray]:
     """The regressors of each axis, the columns of the linear form ``A xi = b`` (model manual, section 9).
 
-    Parameters
-    ----------
-    states : (n, 12), m, rad, m/s, rad/s
-    accelerations : (n, 6) body accelerations, m/s^2 and rad/s^2
-    controls : (n, 3) angles of rudder, bow plane and stern plane, rad
-
-    Returns
-    -------
-    dict of str to array: axis -> (n, n_columns); columns in the order of the table, without the factor (rho/2) l^power
+    Axis -> (n, n_columns); columns in the order of the table, without the factor (rho/2) l^power, at `states` (n, 12),
+    body `accelerations` (n, 6) and `controls` (n, 3), the angles of rudder, bow plane and stern plane, all in SI units.
     """
     with_propeller = np.column_stack([controls, np.zeros(len(controls))])  # no term of these has its speed
     return EQUATIONS.regressors(states, accelerations, with_propeller, np.zeros(1))

@@ -163,21 +163,13 @@ class Disturbance:
     sqrt(3) lag / time) exp(-sqrt(3) lag / time)`` for the Matern process of order 3/2, which has a derivative
     (Rasmussen & Williams 2006, section 4.2.1). At a lag of one correlation time they are 0.37 and 0.48. InputError for
     an axis or kind that does not exist, and for numbers that are not positive.
-
-    Attributes
-    ----------
-    axes : of X Y Z K M N, north and east
-    sds : (n_axes,) standard deviations, N, N m and m/s
-    correlation_time_s : of the forces
-    kind : "ornstein_uhlenbeck" or "matern_3_2", of the forces; a current is of the latter kind
-    correlation_time_current_s : correlation time of the current, if it is not that of the forces
     """
 
-    axes: tuple[str, ...]
-    sds: np.ndarray
-    correlation_time_s: float
-    kind: str = KINDS[0]
-    correlation_time_current_s: float | None = None
+    axes: tuple[str, ...]  # of X Y Z K M N, north and east
+    sds: np.ndarray  # (n_axes,) standard deviations, N, N m and m/s
+    correlation_time_s: float  # of the forces
+    kind: str = KINDS[0]  # "ornstein_uhlenbeck" or "matern_3_2", of the forces; a current is of the latter kind
+    correlation_time_current_s: float | None = None  # correlation time of the current, if it is not that of the forces
 
     def __post_init__(self):
         check_axes(self.axes)

@@ -20,35 +20,27 @@ from bayesub.model.vehicles import Vehicle
 
 @dataclass(frozen=True, eq=False)
 class Manoeuvre(ByContent):
-    """A control history, the same for every coefficient set that flies it.
-
-    Attributes
-    ----------
-    times : (n,) ascending from zero, s
-    controls : (n, n_controls) of the vehicle's equations, SI units: of submarines rudder, bow and stern plane, rad
-    rpm : (n,) propeller speed
-    initial_state : (12,) straight and level, at the vehicle's trial speed, and at its trial depth or that of the file
-    subproblem : plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical"
-    columns : short names of the controls, by default those of the submarine's three
-    inputs : (n, n_actuators) of the actuators in the columns of a log, SI units, of which `controls` are the mix; None
-        of a vehicle whose actuators are the controls themselves
-    input_columns : short names of these columns
-    commanded : short names of the controls or actuators whose histories are commands, which hold until the next
-    prescribed : angles that the boat follows instead of being turned by moments
-    """
+    """A control history, the same for every coefficient set that flies it."""
 
     name: str
-    times: np.ndarray
+    times: np.ndarray  # (n,) ascending from zero, s
+    # (n, n_controls) of the vehicle's equations, SI units: of submarines rudder, bow and stern plane, rad
     controls: np.ndarray
-    rpm: np.ndarray
+    rpm: np.ndarray  # (n,) propeller speed
+    # (12,) straight and level, at the vehicle's trial speed, and at its trial depth or that of the file
     initial_state: np.ndarray
+    # plane to which the motion is confined unless the caller says otherwise, "horizontal" or "vertical"
     subproblem: str | None = None
     description: str = ""
+    # short names of the controls, by default those of the submarine's three
     columns: tuple[str, ...] = log_files.CONTROLS
+    # (n, n_actuators) of the actuators in the columns of a log, SI units, of which `controls` are the mix; None of a
+    # vehicle whose actuators are the controls themselves
     inputs: np.ndarray | None = None
-    input_columns: tuple[str, ...] = ()
+    input_columns: tuple[str, ...] = ()  # short names of these columns
+    # short names of the controls or actuators whose histories are commands, which hold until the next
     commanded: tuple[str, ...] = ()
-    prescribed: tuple[Prescribed, ...] = ()
+    prescribed: tuple[Prescribed, ...] = ()  # angles that the boat follows instead of being turned by moments
 
     def __post_init__(self):
         for array in (self.times, self.controls, self.rpm, self.initial_state, self.inputs):
@@ -106,11 +98,8 @@ def load_manoeuvre(name: str | Path, vehicle: Vehicle) -> Manoeuvre:
 def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes: object) -> Manoeuvre:
     """A random manoeuvre (thesis section 8.2), like ``load_manoeuvre("random", vehicle)`` with a seed drawn from `rng`.
 
-    The name of the manoeuvre holds the seed, and loads it again if there are no changes.
-
-    Parameters
-    ----------
-    **changes : keys of a manoeuvre file of kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``
+    The name of the manoeuvre holds the seed, and loads it again if there are no `changes`, keys of a manoeuvre file of
+    kind "random", such as ``interval_s=50.0`` or ``rudder_limit_deg=15.0``.
     """
     return _build(_random_file(seed=int(rng.integers(2**32)), **changes), vehicle)
 

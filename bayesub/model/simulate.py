@@ -93,18 +93,11 @@ def accelerations(
     rpm: np.ndarray | float,
     inputs: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Body accelerations at given states, from all six equations of motion (model manual, section 6).
+    """Body accelerations (n, 6) at given states, from all six equations of motion (model manual, section 6).
 
-    Parameters
-    ----------
-    states : (n, 12), m, rad, m/s, rad/s
-    controls : (n, n_controls) of the equations, SI units
-    rpm : (n,), or one number
-    inputs : (n, n_actuators) of the actuators, of which the propellers and thrusters push; by default at rest
-
-    Returns
-    -------
-    (n, 6) array: udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2)
+    They are udot vdot wdot (m/s^2), pdot qdot rdot (rad/s^2), at `states` (n, 12), `controls` (n, n_controls) of the
+    equations, SI units, and `rpm` (n,), or one number. Of the actuators' `inputs` (n, n_actuators), by default at rest,
+    propellers and thrusters push.
     """
     states = np.ascontiguousarray(states, dtype=float)
     ordered = np.empty((len(states), len(vehicle.equations.controls) + 1))

@@ -21,26 +21,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory(ByContent, Displayed):
-    """Simulated motion of a batch.
+    """Simulated motion of a batch."""
 
-    Attributes
-    ----------
-    times : (n_times,), s
-    states : (n_batch, n_times, 12), m, rad, m/s, rad/s; not a number from the failure of a member on
-    controls : (n_times, n_controls) of the equations, SI units, at `times`
-    rpm : (n_times,) at `times`
-    status : (n_batch,) of "ok", "diverged" or "left_envelope"
-    simulator : what was run, so that the motion can be sampled at other times
-    xi : (n_batch, n_terms) coefficients that were run
-    """
-
-    times: np.ndarray
-    states: np.ndarray
-    controls: np.ndarray
-    rpm: np.ndarray
-    status: np.ndarray
-    simulator: Simulator
-    xi: np.ndarray
+    times: np.ndarray  # (n_times,), s
+    states: np.ndarray  # (n_batch, n_times, 12), m, rad, m/s, rad/s; not a number from the failure of a member on
+    controls: np.ndarray  # (n_times, n_controls) of the equations, SI units, at `times`
+    rpm: np.ndarray  # (n_times,) at `times`
+    status: np.ndarray  # (n_batch,) of "ok", "diverged" or "left_envelope"
+    simulator: Simulator  # what was run, so that the motion can be sampled at other times
+    xi: np.ndarray  # (n_batch, n_terms) coefficients that were run
 
     @cached_property
     def accelerations(self) -> np.ndarray:

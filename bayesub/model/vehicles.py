@@ -39,36 +39,23 @@ _SPEEDS = ("u", "v", "w", "u_ground", "v_ground", "w_ground", "north", "east", "
 
 @dataclass(frozen=True, eq=False)
 class Vehicle(ByContent, Displayed):
-    """A vehicle in SI units and radians.
-
-    Attributes
-    ----------
-    reference : where the numbers come from
-    speed_mps : at which trials begin
-    depth_m : at which trials begin
-    rpm_per_mps : propeller speed that self-propels, for a speed of 1 m/s
-    actuators : what moves the controls of the equations, and pushes from outside
-    body : (N_BODY,) all else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`
-    xi : (n_terms,) coefficients in the order and the units of the equations
-    sd : (n_terms,) their standard deviations, not a number where the file gives none
-    hull : (3, n) positions from tail to nose, heights and breadths, m
-    correlation : (n_terms, n_terms) of what has a standard deviation; None if the file gives none
-    """
+    """A vehicle in SI units and radians."""
 
     name: str
     description: str
-    reference: str
+    reference: str  # where the numbers come from
     length_m: float
     water_density_kgm3: float
-    speed_mps: float
-    depth_m: float
-    rpm_per_mps: float
-    actuators: Actuators
-    body: np.ndarray
-    xi: np.ndarray
-    sd: np.ndarray
+    speed_mps: float  # at which trials begin
+    depth_m: float  # at which trials begin
+    rpm_per_mps: float  # propeller speed that self-propels, for a speed of 1 m/s
+    actuators: Actuators  # what moves the controls of the equations, and pushes from outside
+    body: np.ndarray  # (N_BODY,) all else that moves the boat, in the order of :data:`bayesub.kernels.workspace.BODY`
+    xi: np.ndarray  # (n_terms,) coefficients in the order and the units of the equations
+    sd: np.ndarray  # (n_terms,) their standard deviations, not a number where the file gives none
     equations: EquationSet
-    hull: np.ndarray | None = None
+    hull: np.ndarray | None = None  # (3, n) positions from tail to nose, heights and breadths, m
+    # (n_terms, n_terms) of what has a standard deviation; None if the file gives none
     correlation: np.ndarray | None = None
 
     def __post_init__(self):
@@ -218,14 +205,9 @@ def without_inertia(matrix: np.ndarray, length_m: float, degrees_of_freedom: int
 
 
 def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehicle:
-    """Load a built-in vehicle by name or a vehicle file by path.
+    """Load a built-in vehicle by name or a vehicle file by path, which is where `located` says.
 
     InputError with file, key and remedy.
-
-    Parameters
-    ----------
-    name : built-in name, or path
-    located : where a file is, by its path; a run folder has copies. By default there
     """
     path = toml_files.find(located(str(name)), "vehicles")
     lines = {line.partition("#")[0].strip() for line in toml_files.read_text(path).splitlines()}

@@ -61,24 +61,17 @@ class UnknownDisturbance:
     """Unmodelled forces with unknown histories, as a problem is asked to infer them.
 
     InputError for an axis or kind that does not exist, and numbers that are not positive.
-
-    Attributes
-    ----------
-    axes : of X Y Z K M N, and north and east for a current that varies
-    sds : axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with
-        the trial speed U; of a current in m/s; or the prior of it
-    correlation_time_s : of all axes
-    kind : as of :class:`bayesub.model.disturbance.Disturbance`
-    knot_interval_s : by default half of the correlation time of forces and a fifth of that of currents, or of their
-        prior medians
-    correlation_time_current_s : correlation time of the current, if it is not that of the forces
     """
 
-    axes: tuple[str, ...]
+    axes: tuple[str, ...]  # of X Y Z K M N, and north and east for a current that varies
+    # axis -> standard deviation, non-dimensional: forces over (rho/2) l^2 U^2, moments over (rho/2) l^3 U^2, with the
+    # trial speed U; of a current in m/s; or the prior of it
     sds: Mapping[str, float | Prior]
-    correlation_time_s: float | Prior
-    kind: str = KINDS[0]
+    correlation_time_s: float | Prior  # of all axes
+    kind: str = KINDS[0]  # as of :class:`bayesub.model.disturbance.Disturbance`
+    # by default half of the correlation time of forces and a fifth of that of currents, or of their prior medians
     knot_interval_s: float | None = None
+    # correlation time of the current, if it is not that of the forces
     correlation_time_current_s: float | Prior | None = None
 
     def __post_init__(self):

@@ -37,28 +37,17 @@ class JointProblem(PosteriorDensity):
     ----------
     problems : name of a trial -> Problem, of the same vehicle with the same `prior`
     own : names of parameters of the boat that each trial has for itself all the same, such as "bias_rudder_deg"
-
-    Attributes
-    ----------
-    problems : name of a trial -> its problem
-    spread : the prior of the coefficients as given
-    readings : (n_readings,) measured values, SI units, trial after trial
-    sds : (n_readings,) their standard deviations with rounding, SI units
-    rows : channel of a trial -> where its readings stand among the residuals
-    channels : channel of a trial -> channel and its noise model
-    duration : time of the last reading of the longest trial, s
-    heavy_tailed : whether any noise of any trial is
     """
 
     def __init__(self, problems: Mapping[str, TrialProblem], own: Iterable[str] = ()):
-        self.problems = dict(check_class("problems", problems, Mapping, key="problems"))
+        self.problems = dict(check_class("problems", problems, Mapping, key="problems"))  # name of a trial -> its own
         self.own = tuple(own)
         for name, one in self.problems.items():
             check_class(f"problems: '{name}'", one, TrialProblem, key=name)
         _check(list(self.problems.values()))
         trials, (first, *_) = self.problems.values(), self.problems.values()
         self.vehicle, self.equations = first.vehicle, first.equations
-        self.xi, self.spread = first.xi, first.spread
+        self.xi, self.spread = first.xi, first.spread  # the prior of the coefficients as given
         self.columns = np.unique(np.concatenate([trial.columns for trial in trials]))
         self.n_coefficients = len(self.columns)
         self.coefficient_prior = self.spread.on(self.columns, self.xi, self.equations)
@@ -67,10 +56,11 @@ class JointProblem(PosteriorDensity):
         self.prior = joined(self.coefficient_prior, self.nuisance_priors)
         places = {name: k for k, name in enumerate(self.names)}
         self._places = {name: np.array([places[one] for one in names]) for name, names in renamed.items()}
-        self.readings = np.concatenate([trial.readings for trial in trials])
-        self.sds = np.concatenate([trial.sds for trial in trials])
-        self.duration = max(trial.duration for trial in trials)
-        self.heavy_tailed = any(trial.heavy_tailed for trial in trials)
+        self.readings = np.concatenate([trial.readings for trial in trials])  # (n_readings,), SI units, trial by trial
+        self.sds = np.concatenate([trial.sds for trial in trials])  # (n_readings,) with those of rounding, SI units
+        self.duration = max(trial.duration for trial in trials)  # time of the last reading of the longest trial, s
+        self.heavy_tailed = any(trial.heavy_tailed for trial in trials)  # whether any noise is
+        # Channel of a trial -> channel and its noise model, and where its readings stand among the residuals (rows).
         self.channels = self._by_channel([trial.channels for trial in trials])
         starts = accumulate((trial.n_rows for trial in trials), initial=0)
         self._firsts = dict(zip(self.problems, starts, strict=False))  # the last start is the end of all

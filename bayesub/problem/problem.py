@@ -104,7 +104,8 @@ _FAR = 1e-4  # probability of clocks further ahead, or further behind, than read
 class Problem(TrialProblem):
     """Free coefficients of a vehicle and nuisance parameters, to be inferred from a record of a manoeuvre.
 
-    InputError if no coefficient is free, or a name of a coefficient, nuisance parameter or channel is not known.
+    InputError if no coefficient is free, or a name of a coefficient, nuisance parameter or channel is not known. It has
+    the attributes of a :class:`bayesub.problem.trial_problem.TrialProblem`, and `spread`, the prior as given.
 
     Parameters
     ----------
@@ -122,11 +123,6 @@ class Problem(TrialProblem):
     dt : integration step, s; by default the longest whose error is below a tenth of the sd of every reading
         (:func:`bayesub.problem.problem.sensed_step`)
     disturbance : unmodelled forces whose histories are inferred too, after the nuisance parameters
-
-    Attributes
-    ----------
-    spread : the prior of the coefficients as given; all others are those of
-        :class:`bayesub.problem.trial_problem.TrialProblem`
     """
 
     @checked

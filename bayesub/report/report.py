@@ -60,7 +60,8 @@ def write_report(
     """Write ``numbers.json``, the figures, ``report.html`` and ``report.md`` into a folder.
 
     The draws at which motions and residuals are looked at are chosen by a stream of the study's seed (of seed 0 if
-    there is no study), so that a report which is written again says the same. InputError if it cannot be written.
+    there is no study), so that a report which is written again says the same. InputError if it cannot be written. What
+    is returned is the content of ``numbers.json``: "converged" among "convergence", the sentences under "verdict".
 
     Parameters
     ----------
@@ -74,10 +75,6 @@ def write_report(
     predictions : of trials that were not fitted
     quantities : that follow from the coefficients, besides the built-in ones (:mod:`bayesub.model.quantities`)
     pdf : whether every figure is saved as PDF too, beside the PNG
-
-    Returns
-    -------
-    dict: the content of ``numbers.json``: "converged" among "convergence", the sentences under "verdict"
     """
     asked = study or ReportedStudy(problem.vehicle.name, "")
     results = Results(

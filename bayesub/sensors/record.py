@@ -91,21 +91,14 @@ def channel_of(sensor: Sensor, times: np.ndarray, values: np.ndarray) -> Channel
 
 @dataclass(frozen=True, eq=False)
 class Record(ByContent):
-    """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings.
+    """What the sensors of a trial wrote down; the channels in a fixed order make the vector of readings."""
 
-    Attributes
-    ----------
-    channels : with different names
-    truth : (n_terms,) the coefficients behind a synthetic record; None for a real one
-    nuisances : what else is known of a synthetic record: name of a nuisance parameter (:mod:`bayesub.problem.nuisance`)
-        -> true value in the unit of the name
-    forces : that the boat of a synthetic record felt and that no equations have
-    """
-
-    channels: tuple[Channel, ...]
-    truth: np.ndarray | None = None
+    channels: tuple[Channel, ...]  # with different names
+    truth: np.ndarray | None = None  # (n_terms,) the coefficients behind a synthetic record; None for a real one
+    # what else is known of a synthetic record: name of a nuisance parameter (:mod:`bayesub.problem.nuisance`) -> true
+    # value in the unit of the name
     nuisances: dict[str, float] = field(default_factory=dict)
-    forces: ForceHistory | None = None
+    forces: ForceHistory | None = None  # that the boat of a synthetic record felt and that no equations have
 
     def __post_init__(self):
         names = [channel.name for channel in self.channels]

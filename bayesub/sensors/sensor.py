@@ -68,42 +68,29 @@ class Sensor:
     normal; with probability `outlier_probability` it is that of an outlier, `outlier_scale` times as large. Readings go
     missing one by one with probability `dropout`, and all of them in the gaps. The record does not say where there was
     a bias, a dropout or an outlier: its channels hold the sd and the resolution only.
-
-    Attributes
-    ----------
-    column : the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
-    sd : standard deviation of the noise, in the unit of the column
-    resolution : rounding step in the unit of the column, 0 if there is none
-    interval_s : one reading every so many seconds, the first after one interval
-    times : (n,) ascending times of the readings in s, instead of the interval
-    bias : what is added to every reading, in the unit of the column
-    dropout : probability that a reading is missing
-    gaps : readings from start to end (s) are missing
-    outlier_probability : probability that a reading is an outlier
-    outlier_scale : its noise in units of the ordinary one
-    lever_arm_m : where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds
-        to position, velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.velocity`).
-    clock_offset_s : how far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t
-        was taken at t - clock_offset_s
-    direction : of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of
-        any length, along which it reads; None for the size of the horizontal velocity
-    instrument : name of the instrument that it is part of, with which it shares the clock and the place; None if it is
-        one by itself, with the name of its channel
     """
 
-    column: str
-    sd: float = 0.0
-    resolution: float = 0.0
-    interval_s: float = 1.0
-    times: tuple[float, ...] | None = None
-    bias: float = 0.0
-    dropout: float = 0.0
-    gaps: tuple[tuple[float, float], ...] = ()
-    outlier_probability: float = 0.0
-    outlier_scale: float = 10.0
+    column: str  # the quantity with its unit, as in a record file: ``x_m``, ``yaw_deg``, ``u_mps``, ``depth_m``, ..
+    sd: float = 0.0  # standard deviation of the noise, in the unit of the column
+    resolution: float = 0.0  # rounding step in the unit of the column, 0 if there is none
+    interval_s: float = 1.0  # one reading every so many seconds, the first after one interval
+    times: tuple[float, ...] | None = None  # (n,) ascending times of the readings in s, instead of the interval
+    bias: float = 0.0  # what is added to every reading, in the unit of the column
+    dropout: float = 0.0  # probability that a reading is missing
+    gaps: tuple[tuple[float, float], ...] = ()  # readings from start to end (s) are missing
+    outlier_probability: float = 0.0  # probability that a reading is an outlier
+    outlier_scale: float = 10.0  # its noise in units of the ordinary one
+    # where the sensor is, ahead, to starboard and down from the body origin; None for the origin. It adds to position,
+    # velocity and acceleration as on a rigid body (:mod:`bayesub.sensors.velocity`).
     lever_arm_m: tuple[float, float, float] | None = None
+    # how far the clock of the sensor is ahead of that of the controls: a reading that a file stamps t was taken at t -
+    # clock_offset_s
     clock_offset_s: float = 0.0
+    # of a log of the speed through the water (``speed_through_water_mps``): ahead, to starboard and down, of any
+    # length, along which it reads; None for the size of the horizontal velocity
     direction: tuple[float, float, float] | None = None
+    # name of the instrument that it is part of, with which it shares the clock and the place; None if it is one by
+    # itself, with the name of its channel
     instrument: str | None = None
 
     def __post_init__(self):

@@ -25,35 +25,22 @@ def meter(costs: CostCounter) -> Callable[[], dict]:
 
 @dataclass(frozen=True)
 class Estimate(Displayed):
-    """Point estimates from one or more starts.
+    """Point estimates from one or more starts."""
 
-    Attributes
-    ----------
-    method : name of the baseline
-    names : (n_params,) parameters
-    solutions : (n_starts, n_params) values in the units of the parameters, best first; not a number where the method
-        has found none
-    costs : (n_starts,) what the method minimised, infinite where it has found nothing
-    statuses : (n_starts,) in words, with a remedy when the method stopped short
-    covariance : (n_params, n_params) of the best solution, or None where the method has none
-    evaluations : simulations, of all starts
-    seconds : wall time, of all starts
-    starts : (n_starts, n_params) where the search for each solution began, or None where the method does not search
-    efforts : (n_starts,) the simulations and Jacobians that each search took, or None
-    jacobians : Jacobians, of all starts
-    """
-
-    method: str
-    names: tuple[str, ...]
+    method: str  # name of the baseline
+    names: tuple[str, ...]  # (n_params,) parameters
+    # (n_starts, n_params) values in the units of the parameters, best first; not a number where the method has found
+    # none
     solutions: np.ndarray
-    costs: np.ndarray
-    statuses: tuple[str, ...]
-    covariance: np.ndarray | None
-    evaluations: int
-    seconds: float
+    costs: np.ndarray  # (n_starts,) what the method minimised, infinite where it has found nothing
+    statuses: tuple[str, ...]  # (n_starts,) in words, with a remedy when the method stopped short
+    covariance: np.ndarray | None  # (n_params, n_params) of the best solution, or None where the method has none
+    evaluations: int  # simulations, of all starts
+    seconds: float  # wall time, of all starts
+    # (n_starts, n_params) where the search for each solution began, or None where the method does not search
     starts: np.ndarray | None = None
-    efforts: np.ndarray | None = None
-    jacobians: int = 0
+    efforts: np.ndarray | None = None  # (n_starts,) the simulations and Jacobians that each search took, or None
+    jacobians: int = 0  # Jacobians, of all starts
 
     @property
     def values(self) -> np.ndarray:

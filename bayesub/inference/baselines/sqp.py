@@ -39,7 +39,7 @@ def sqp(
     start_spread`` and the bounds ``1 +- bounds`` (thesis section 7.4). On the sum of squares itself SLSQP's line search
     fails at once, because it spans ten decades; its logarithm is what works. A simulation that fails costs infinity:
     the line search steps back from it ten-fold. With sensors whose standard deviations are 1 m and 1 degree the sum of
-    squares is the thesis's cost function (model manual, section 10).
+    squares is the thesis's cost function (model manual, section 10), and the cost of the estimate.
 
     Parameters
     ----------
@@ -54,10 +54,6 @@ def sqp(
         in an iteration and the gradient predicts a change of the cost below funcTol for it (section 7.2.2)
     max_iterations : of each search
     progress : object with ``update(done, total, unit)``, called with the number of finished starts; or None
-
-    Returns
-    -------
-    Estimate, best solution first; the cost is the sum of squared residuals.
     """
     if gradients not in ("exact", "forward"):
         raise InputError(f"unknown gradients '{gradients}': expected exact or forward", "unknown", "gradients")

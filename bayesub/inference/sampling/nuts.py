@@ -38,40 +38,24 @@ _CORNERS = 50  # tried for the start of a chain
 
 @dataclass(frozen=True)
 class CrossCheck:
-    """Posterior moments by two samplers.
+    """Posterior moments by two samplers."""
 
-    Attributes
-    ----------
-    names : (n_params,)
-    means : (2, n_params) of the ensemble sampler and of NUTS
-    sds : (2, n_params) of the ensemble sampler and of NUTS
-    mean_z : (n_params,) differences of the means in Monte Carlo standard errors of both
-    sd_z : (n_params,) the same of the sds
-    correlation_z : (n_pairs,) the same of the correlations
-    threshold : the |z| that any of them reaches in one of a hundred comparisons of equal posteriors (Bonferroni)
-    rhat : largest of NUTS, over parameters
-    ess : smallest of NUTS, over parameters
-    divergences : of the trajectories of NUTS
-    gradients : that NUTS took
-    efforts : of the ensemble sampler and of NUTS, with the search for the coordinates of each; empty if not known
-    engine : the name of the second sampler, if it is another than NUTS
-    divergent : share of its draws whose trajectory diverged
-    """
-
-    names: tuple[str, ...]
-    means: np.ndarray
-    sds: np.ndarray
-    mean_z: np.ndarray
-    sd_z: np.ndarray
-    correlation_z: np.ndarray
+    names: tuple[str, ...]  # (n_params,)
+    means: np.ndarray  # (2, n_params) of the ensemble sampler and of NUTS
+    sds: np.ndarray  # (2, n_params) of the ensemble sampler and of NUTS
+    mean_z: np.ndarray  # (n_params,) differences of the means in Monte Carlo standard errors of both
+    sd_z: np.ndarray  # (n_params,) the same of the sds
+    correlation_z: np.ndarray  # (n_pairs,) the same of the correlations
+    # the |z| that any of them reaches in one of a hundred comparisons of equal posteriors (Bonferroni)
     threshold: float
-    rhat: float
-    ess: float
-    divergences: int
-    gradients: int
+    rhat: float  # largest of NUTS, over parameters
+    ess: float  # smallest of NUTS, over parameters
+    divergences: int  # of the trajectories of NUTS
+    gradients: int  # that NUTS took
+    # of the ensemble sampler and of NUTS, with the search for the coordinates of each; empty if not known
     efforts: tuple[Effort, ...] = ()
-    engine: str = "NUTS with exact gradients"
-    divergent: float = 0.0
+    engine: str = "NUTS with exact gradients"  # the name of the second sampler, if it is another than NUTS
+    divergent: float = 0.0  # share of its draws whose trajectory diverged
 
     def part(self, names: Sequence[str]) -> "CrossCheck":
         """The comparison of some parameters, by name, in their order here."""
@@ -164,17 +148,8 @@ def cross_check(
 ) -> CrossCheck:
     """Sample the posterior of a problem with NUTS too, and compare.
 
-    InputError if nutpie is not installed.
-
-    Parameters
-    ----------
-    problem : that was sampled
-    posterior : what was sampled of it
-    rng : source of all random numbers
-    n_draws : of each chain
-    n_tune : further draws of each chain for adaptation
-    n_chains : independent chains
-    progress : object with ``update(done, total, unit, note)``, or None
+    The `posterior` is what was sampled of the problem; each of `n_chains` has `n_tune` further draws for adaptation.
+    Progress is an object with ``update(done, total, unit, note)``. InputError if nutpie is not installed.
     """
     chain, counts = sample_nuts(problem, rng=rng, n_draws=n_draws, n_tune=n_tune, n_chains=n_chains, progress=progress)
     return compare(posterior, Moments.of_chain(chain), **counts)

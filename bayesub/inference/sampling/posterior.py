@@ -23,20 +23,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Criteria:
-    """When a posterior counts as converged; every parameter must meet all of them.
+    """When a posterior counts as converged; every parameter must meet all of them."""
 
-    Attributes
-    ----------
-    rhat : upper limit of rank-normalised split R-hat across at least four ensembles
-    ess : lower limit of bulk and tail effective sample size
-    taus : lower limit of the length of every ensemble, in its autocorrelation times
-    false_alarms : probability that a stationary chain is said to have a trend in its variance
-    """
-
-    rhat: float = 1.01
-    ess: float = 400.0
-    taus: float = 25.0
-    false_alarms: float = 0.01
+    rhat: float = 1.01  # upper limit of rank-normalised split R-hat across at least four ensembles
+    ess: float = 400.0  # lower limit of bulk and tail effective sample size
+    taus: float = 25.0  # lower limit of the length of every ensemble, in its autocorrelation times
+    false_alarms: float = 0.01  # probability that a stationary chain is said to have a trend in its variance
 
     def __post_init__(self):
         for name, value in vars(self).items():
@@ -127,44 +119,28 @@ class Convergence:
 
 @dataclass(frozen=True)
 class Posterior(Convergence, Displayed):
-    """Draws from the posterior after warm-up, and what they say of their convergence.
+    """Draws from the posterior after warm-up, and what they say of their convergence."""
 
-    Attributes
-    ----------
-    names : the n_params free coefficients, and after them the nuisance parameters with their units
-    chain : (n_ensembles, n_kept, n_walkers, n_params) parameters after warm-up, every `thin`-th step; coefficients are
-        non-dimensional, nuisance parameters in the unit of their name
-    log_prob : (n_ensembles, n_kept, n_walkers) log posterior densities up to a constant, in the scaled coordinates x of
-        the table of :mod:`bayesub.inference.sampling`, where the density does not depend on units
-    prior_mean : (n_params,) of each parameter by itself, as it was known before (:meth:`given`)
-    prior_sd : (n_params,) of each parameter by itself, likewise
-    n_warmup : steps discarded before the first kept one
-    acceptance : fraction of proposals accepted
-    evaluations : simulations, from the search for the mode to the last step
-    seconds : wall time, from the search for the mode to the last step
-    failures : status -> simulations that ended so
-    criteria : by which convergence is judged
-    thin : steps from one kept step to the next
-    jacobians : Jacobians, from the search for the mode to the last step
-    jacobian_price : simulations that a Jacobian is worth by its time, measured when the run began; not a number if
-        unknown
-    simulation_seconds : wall time of simulations and Jacobians among `seconds`; not a number if unknown
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # the n_params free coefficients, and after them the nuisance parameters with their units
+    # (n_ensembles, n_kept, n_walkers, n_params) parameters after warm-up, every `thin`-th step; coefficients are non-
+    # dimensional, nuisance parameters in the unit of their name
     chain: np.ndarray
+    # (n_ensembles, n_kept, n_walkers) log posterior densities up to a constant, in the scaled coordinates x of the
+    # table of :mod:`bayesub.inference.sampling`, where the density does not depend on units
     log_prob: np.ndarray
-    prior_mean: np.ndarray
-    prior_sd: np.ndarray
-    n_warmup: int
-    acceptance: float
-    evaluations: int
-    seconds: float
-    failures: dict[str, int]
-    criteria: Criteria = STANDARD
-    thin: int = 1
-    jacobians: int = 0
+    prior_mean: np.ndarray  # (n_params,) of each parameter by itself, as it was known before (:meth:`given`)
+    prior_sd: np.ndarray  # (n_params,) of each parameter by itself, likewise
+    n_warmup: int  # steps discarded before the first kept one
+    acceptance: float  # fraction of proposals accepted
+    evaluations: int  # simulations, from the search for the mode to the last step
+    seconds: float  # wall time, from the search for the mode to the last step
+    failures: dict[str, int]  # status -> simulations that ended so
+    criteria: Criteria = STANDARD  # by which convergence is judged
+    thin: int = 1  # steps from one kept step to the next
+    jacobians: int = 0  # Jacobians, from the search for the mode to the last step
+    # simulations that a Jacobian is worth by its time, measured when the run began; not a number if unknown
     jacobian_price: float = float("nan")
+    # wall time of simulations and Jacobians among `seconds`; not a number if unknown
     simulation_seconds: float = float("nan")
 
     def thinned(self) -> "Posterior":

@@ -6,6 +6,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TypeVar
 
@@ -94,12 +95,10 @@ def parts(kind: str, paths: Sequence[Path], log_map: LogMap, progress: Progress 
         wanted = all(section.optional or section.signal in first.signals for section in log_map.columns.values())
         falls = any(signal.times[0] > signal.times[-1] for signal in first.signals.values() if len(signal.times))
         if first.fault is None and wanted and first.signals and not falls:
-            log: VehicleLog | None = first
-            while log is not None:
+            for log in chain([first], iter(lambda: _guarded(kind, paths[0], lambda: next(logs, None)), None)):
                 if log.fault is not None:
                     raise log.fault
                 yield log
-                log = _guarded(kind, paths[0], lambda: next(logs, None))
             return
     yield read(kind, paths, log_map, progress=progress)
 

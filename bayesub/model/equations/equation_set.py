@@ -94,28 +94,19 @@ class Term:
 
 @dataclass(frozen=True)
 class EquationSet:
-    """The hydrodynamic terms of a boat.
-
-    Attributes
-    ----------
-    terms : n_terms of them, by axis
-    controls : n_controls of them
-    degrees_of_freedom : 6, or 3 for surge, sway and yaw
-    rigid_body_terms : "separate", or "in_coefficients" if coefficients include the velocity terms of the rigid body
-    speed : to which the speed powers refer: "trial" (of the vehicle) or "instantaneous"
-    stations : points of the integrals along the hull
-    """
+    """The hydrodynamic terms of a boat."""
 
     name: str
     title: str
     description: str
     reference: str
-    terms: tuple[Term, ...]
-    controls: tuple[Control, ...]
-    degrees_of_freedom: int = 6
+    terms: tuple[Term, ...]  # n_terms of them, by axis
+    controls: tuple[Control, ...]  # n_controls of them
+    degrees_of_freedom: int = 6  # 6, or 3 for surge, sway and yaw
+    # "separate", or "in_coefficients" if coefficients include the velocity terms of the rigid body
     rigid_body_terms: str = "separate"
-    speed: str = "trial"
-    stations: int = 16
+    speed: str = "trial"  # to which the speed powers refer: "trial" (of the vehicle) or "instantaneous"
+    stations: int = 16  # points of the integrals along the hull
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -114,15 +114,10 @@ class EquationFile(Section):
 
 
 def load_equations(name: str | Path, located: Callable[[str], str] = str) -> EquationSet:
-    """Load a built-in equation set by name or an equation file by path.
+    """Load a built-in equation set by name or an equation file by path, which is where `located` says.
 
     InputError, with file, key and remedy, for a term that is given twice or depends linearly on others, an unknown
     symbol, and a coefficient whose powers make no force.
-
-    Parameters
-    ----------
-    name : built-in name, or path
-    located : where a file is, by its path; a run folder has copies. By default there
     """
     *extensions, base = _extended(str(name), located).values()
     equations = _load(*base, None)

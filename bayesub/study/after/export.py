@@ -143,7 +143,8 @@ def export(
     """Write the posterior of a finished run of a study in TOML to a file, which is replaced if there is one.
 
     InputError for a folder that holds no finished run, a format that is none, a boat that a simulator cannot have, a
-    fleet of another format or of more than there are draws, and a file that cannot be written.
+    fleet of another format or of more than there are draws, and a file that cannot be written. What is wrong with the
+    run, which is returned, is its ``doubt``.
 
     Parameters
     ----------
@@ -154,10 +155,6 @@ def export(
     fleet : how many draws of the posterior are written for a simulator, each into a file with its number behind the
         name, in place of the means
     seed : which draws these are
-
-    Returns
-    -------
-    FinishedRun: with the vehicle, the study and the posterior, and what is wrong with the run (``doubt``)
     """
     folder, path = Path(folder), Path(path)
     name = format_of(path, kind)

@@ -18,30 +18,19 @@ _OF_OLD = "converged"  # verdict of version 0.2, which did not look at the fit
 
 @dataclass(frozen=True)
 class StudyResult:
-    """The result of a run.
+    """The result of a run."""
 
-    Attributes
-    ----------
-    name, question : of the study
-    verdict : a key of :data:`bayesub.findings.verdicts.STATUS`: "converged and fits" or what is wrong, of a study
-        in TOML; "claim holds", "claim failed" or "skipped" (what it needs is not there), of a script; "failed" or "not
-        finished".
-    folder : the run folder
-    seconds : of work, over all sessions of the run
-    text : what the verdict means, the claims that failed, or why the run did or was skipped
-    sentences : what the posterior says, by topic; empty for a script
-    shortcomings : what is missing for convergence, or of a script the claims that failed
-    files_sha256 : name of each file in the folder that the result is of -> its SHA-256; empty for a script
-    """
-
-    name: str
-    question: str
+    name: str  # of the study
+    question: str  # of the study
+    # a key of :data:`bayesub.findings.verdicts.STATUS`: "converged and fits" or what is wrong, of a study in TOML;
+    # "claim holds", "claim failed" or "skipped" (what it needs is not there), of a script; "failed" or "not finished"
     verdict: str
-    folder: str
-    seconds: float = 0.0
-    text: str = ""
-    sentences: dict[str, str] = field(default_factory=dict)
-    shortcomings: tuple[str, ...] = ()
+    folder: str  # the run folder
+    seconds: float = 0.0  # of work, over all sessions of the run
+    text: str = ""  # what the verdict means, the claims that failed, or why the run did or was skipped
+    sentences: dict[str, str] = field(default_factory=dict)  # what the posterior says, by topic; empty for a script
+    shortcomings: tuple[str, ...] = ()  # what is missing for convergence, or of a script the claims that failed
+    # name of each file in the folder that the result is of -> its SHA-256; empty for a script
     files_sha256: dict[str, str] = field(default_factory=dict)
 
     @property

@@ -77,6 +77,9 @@ def run(
 ) -> StudyResult:
     """Run a study into a folder that explains itself.
 
+    InputError for a study that does not fit, before a folder is made, and for a folder that is not free; RunInterrupted
+    (a KeyboardInterrupt) for Ctrl-C during the run.
+
     Parameters
     ----------
     study : as :func:`bayesub.load_study` gives it, or the path of a study in TOML or Python
@@ -90,15 +93,6 @@ def run(
     pdf : draw every figure as PDF too
     progress : object with the methods ``stage`` and ``update`` (:class:`bayesub.io.terminal.Progress`)
     executor : what does independent parts; left out, processes of this machine
-
-    Returns
-    -------
-    StudyResult: verdict, sentences, seconds of work, and the folder
-
-    Raises
-    ------
-    InputError : for a study that does not fit, before a folder is made, and for a folder that is not free
-    RunInterrupted : for Ctrl-C during the run; a KeyboardInterrupt
     """
     folder = Path(folder)
     if isinstance(study, str | Path):

@@ -157,42 +157,33 @@ class Study(TrialKeys):
 
     There is one trial, simulated (`manoeuvre`) or from a log (`data`), or there are several, in `trials`. `seed` gives
     a stream of random numbers each to data, guess, SQP, sampling and cross-check. Paths are relative to the study file.
-
-    Attributes
-    ----------
-    name : names the run folder too
-    vehicle : built-in name, or path of a vehicle file
-    trials : several trials of one boat
-    check : logs that are not fitted, which the posterior is to predict
-    dt_s : time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth
-        is flown at a tenth of it.
-    sensors : of the trial, and of those of `trials` without their own
-    controls : name of an actuator -> its column in logs, where it is not that of the vehicle
-    noise : column -> noise model, where it is not the one of the sensor
-    disturbance : unmodelled forces, whose histories are inferred; the process is that of all trials
-    derived : quantities of the report that follow from the coefficients, besides the built-in ones
-    quick : what the small version changes, section by section
     """
 
     SOURCES: ClassVar[tuple[str, ...]] = ("manoeuvre", "data", "trials")
 
-    name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")
+    name: str = pydantic.Field(pattern=r"^[A-Za-z0-9_-]+$")  # names the run folder too
     question: str = ""
-    vehicle: str
-    trials: tuple[TrialSection, ...] | None = pydantic.Field(default=None, min_length=1)
-    check: tuple[CheckSection, ...] | None = None
+    vehicle: str  # built-in name, or path of a vehicle file
+    trials: tuple[TrialSection, ...] | None = pydantic.Field(default=None, min_length=1)  # several trials of one boat
+    check: tuple[CheckSection, ...] | None = None  # logs that are not fitted, which the posterior is to predict
     seed: int = pydantic.Field(ge=0)
+    # time step of the fit; by default the longest whose error is below a tenth of the sd of every reading. Truth is
+    # flown at a tenth of it.
     dt_s: Positive | None = None
-    sensors: tuple[SensorSection, ...] = ()
+    sensors: tuple[SensorSection, ...] = ()  # of the trial, and of those of `trials` without their own
+    # name of an actuator -> its column in logs, where it is not that of the vehicle
     controls: dict[str, ControlSection] = pydantic.Field(default_factory=dict)
     free: FreeSection
     prior: PriorSection
+    # column -> noise model, where it is not the one of the sensor
     noise: dict[str, NoiseSection] = pydantic.Field(default_factory=dict)
+    # unmodelled forces, whose histories are inferred; the process is that of all trials
     disturbance: DisturbanceSection | None = None
+    # quantities of the report that follow from the coefficients, besides the built-in ones
     derived: tuple[DerivedSection, ...] = ()
     baselines: BaselinesSection = BaselinesSection()
     sampler: SamplerSection = SamplerSection()
-    quick: dict = pydantic.Field(default_factory=dict)
+    quick: dict = pydantic.Field(default_factory=dict)  # what the small version changes, section by section
 
     _source: str = pydantic.PrivateAttr(default="")
     _folder: Path = pydantic.PrivateAttr(default=Path())
