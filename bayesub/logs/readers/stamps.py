@@ -31,9 +31,10 @@ FORMATS |= {"filetime": (1e-7, -11644473600.0), "ticks": (1e-7, -62135596800.0)}
 DATES = "%d/%m/%Y %m/%d/%Y %d/%m/%y %m/%d/%y %y/%m/%d %Y/%m/%d %d/%b/%Y %b/%d/%Y %d/%b/%y %d/%B/%Y %B/%d/%Y %d%b%Y "
 DATES += "%Y%m%d %d%m%Y %m%d%Y %d%m%y %m%d%y %y%m%d %Y/%j %G/W%V/%u"
 _WEEKDAY = r"(?i)^(?:mon|tue|wed|thu|fri|sat|sun)[a-z]*\W+"
-_CLOCK = r"^(?P<date>.*?)[T+,_\s]*(?<!\d)(?P<h>\d{1,4}):(?P<m>\d\d)(?::(?P<s>\d\d))?(?P<part>[.,:]\d+)?"
+_CLOCK = r"^(?P<date>.*?)[T+,_\s]*(?<!\d)(?P<h>\d{1,4})[:h](?P<m>\d\d)(?:[:m](?P<s>\d\d))?(?P<part>[.,:]\d+)?s?"
 _CLOCK += r"\s*(?P<half>[AaPp])?(?:\.?[Mm]\.?)?\s*(?:Z|UTC|GMT)?(?P<zone>[+-]\d\d:?\d\d)?$"
 _NUMBERS = r"^\[?(\d{4})\D(\d\d)\D(\d\d)\D+(\d\d)\D(\d\d)\D(\d\d)([^\]]*)\]?$"  # 2026_11_30_10_00_00
+_OF_DATE = r"^(?:\w+,? )?(\w{3,9}) +(\d\d?) (\d\d?:\d\d:\d\d\S*)(?: (?:UTC|GMT))? (\d{4})$"  # Nov 30 12:00:00 2026
 _DIGITS = r"^(?P<date>\d{8}|\d{6})?[T_ ]?(?P<h>\d\d)(?P<m>\d\d)(?P<s>\d\d)(?P<part>[.,]\d+)?(?P<half>$)"  # 124239.5
 
 
@@ -234,6 +235,7 @@ def _written(texts: Any, form: str, name: str, has_dates: bool) -> tuple[np.ndar
         times = _parsed(pd.concat(list(changed)) if pattern else texts, "ISO8601")
         if np.isfinite(times).mean() > 0.5:
             return times, False, ""
+    texts = pd.concat([part.str.replace(_OF_DATE, r"\2 \1 \4 \3", regex=True) for part in _blocks(texts)])
     parts = _parts(texts, _CLOCK)
     parts = _parts(texts, _DIGITS) if parts["h"].isna().all() else parts
     if parts["h"].isna().all():

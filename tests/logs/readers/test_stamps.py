@@ -111,6 +111,9 @@ WRITTEN = {
     "one separator": (written("%Y_%m_%d_%H_%M_%S.%f"), {}),
     "brackets": (written("[%Y-%m-%d %H:%M:%S.%f]"), {}),
     "days of the year": (written("%Y-%jT%H:%M:%S.%fZ"), {}),
+    "as the command date has it": (written("%a %b %d %H:%M:%S.%f UTC %Y"), {}),
+    "as C's asctime has it": (written("%a %b %d %H:%M:%S.%f %Y"), {}),
+    "h, m and s": (written("%d.%m.%Y %Hh%Mm%S.%fs"), {}),
     "a pattern": (written("%y|%d|%m %H-%M-%S.%f"), {"format": "%y|%d|%m %H-%M-%S.%f"}),
     "a pattern without its fraction": (written("%a %b %d %H:%M:%S.%f %Y"), {"format": "%a %b %d %H:%M:%S %Y"}),
 }
