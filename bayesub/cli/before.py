@@ -42,7 +42,7 @@ def check(files: tuple[Path, ...], card: Path | None, as_json: bool) -> None:
     for path in files:
         with Bars(math.inf if as_json else LONG_S) as bars:
             bars.stage(f"check {path.name}")
-            text, file_card = examine(built_in.get(str(path), path), vehicles)
+            text, file_card = examine(built_in.get(str(path), path), vehicles, bars)
         if file_card is not None and hasattr(file_card, "vehicle"):
             vehicles.append(file_card.vehicle)
         findings[str(path)] = (text, file_card)

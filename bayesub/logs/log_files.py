@@ -15,6 +15,7 @@ Latitude and longitude become ``x y``, and pressure becomes ``depth``. An empty 
 import gzip
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack
 from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ import numpy as np
 from bayesub.io import toml_files
 from bayesub.io.atomic import replacing, writing
 from bayesub.io.errors import InputError, nearest
+from bayesub.io.terminal import SILENT, Progress
 from bayesub.io.units import DEGREE, KNOT
 
 VELOCITIES = ("u", "v", "w", "p", "q", "r")
@@ -113,11 +115,12 @@ def read_parts(
     ascending: bool = True,
     weight_density: float = WEIGHT_DENSITY,
     most: float = np.inf,
+    progress: Progress = SILENT,
 ) -> Iterator[dict[str, np.ndarray]]:
     """The log of :func:`read_log` in parts of some `most` rows."""
     path = Path(path)
     columns, names, fix, first = _columns(controls), headers(path, controls), np.zeros(0), np.nan
-    for cells, line in _numbers(path, names, most):
+    for cells, line in _numbers(path, names, most, progress):
         if not len(line):
             raise InputError(f"{path}: has a header but no rows", "data")
         log = {}
@@ -207,7 +210,9 @@ def possible(
     return max(-size, least / factor), min(size, most / factor)
 
 
-def _numbers(path: Path, names: list[str], most: float) -> Iterator[tuple[dict[str, np.ndarray], np.ndarray]]:
+def _numbers(
+    path: Path, names: list[str], most: float, progress: Progress
+) -> Iterator[tuple[dict[str, np.ndarray], np.ndarray]]:
     """Column -> the n cells of a file, blank rows left out, and the lines (n,) where they stand, part by part."""
     import pandas as pd
 
@@ -215,11 +220,14 @@ def _numbers(path: Path, names: list[str], most: float) -> Iterator[tuple[dict[s
     options |= {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
     cells, is_short = {name: list[np.ndarray]() for name in ("", *names)}, False  # by columns, and the lines
     try:
-        with toml_files.reading(path), warnings.catch_warnings():
+        with toml_files.reading(path), warnings.catch_warnings(), ExitStack() as stack:
             warnings.simplefilter("error", pd.errors.ParserWarning)
             try:
-                with pd.read_csv(path, dtype=float, **options) as tables:
+                file = stack.enter_context(path.open("rb"))
+                text = stack.enter_context(gzip.open(file)) if path.suffix == ".gz" else file
+                with pd.read_csv(text, dtype=float, **options) as tables:
                     for table, following in pairwise(chain(tables, [None])):
+                        progress.update(round(file.tell() / 1e6), round(path.stat().st_size / 1e6), "MB")
                         filled = table.notna().any(axis=1)
                         cells[""].append(table.index[filled].to_numpy() + 2)
                         for name in names:

@@ -1,5 +1,6 @@
 """The card of a log."""
 
+import json
 import tomllib
 
 import numpy as np
@@ -10,6 +11,7 @@ from support.refusals import told
 import bayesub as bs
 from bayesub.findings import log_card
 from bayesub.logs import log_files
+from bayesub.study.before import check
 
 
 @pytest.fixture
@@ -39,3 +41,25 @@ def test_fins_are_compared_with_the_turn_that_follows(finned, suboff, tmp_path):
     for finding in (rudder, planes):
         told(finding, "sign", ", ".join(f"fin_{k}_deg" for k in range(1, 5)))
     assert log_card.check(whole, headers, actuators.log_columns).lines() == ["no column contradicts another"]
+
+
+def test_a_long_log_is_examined_part_by_part(bayesub, tmp_path, monkeypatch):
+    """A clean one has no findings; what is wrong in a later part, or between two of them, is told once."""
+    boat = bs.load_vehicle("auv690")
+    bs.simulate(boat, bs.load_manoeuvre("random", boat), sample=0.1).save(tmp_path / "track.csv")
+    clean = log_files.read_log(tmp_path / "track.csv")
+    n = len(clean["time"])
+    monkeypatch.setattr(check, "MOST", n // 3)
+    monkeypatch.setattr(log_files, "CHUNK", n // 12)
+    late, stuck = dict(clean), dict(clean)
+    late["time"] = clean["time"] - np.where(np.arange(n) >= n // 3, 5.0, 0.0)
+    stuck["psi"] = np.where(
+        (np.arange(n) > 0.7 * n) & (np.arange(n) < 0.8 * n), clean["psi"][n * 7 // 10], clean["psi"]
+    )
+    for log, kinds in ((clean, []), (late, ["clock"]), (stuck, ["stuck"])):
+        log_files.write_log(tmp_path / "log.csv", log)
+        status, said, _ = bayesub("check", str(tmp_path / "log.csv"), "--json")
+        ((_, card),) = json.loads(said).items()
+        assert status == 0
+        assert card["found"].startswith(f"log of {n} rows from 0 to {log['time'][-1]:g} s")
+        assert [finding["kind"] for finding in card["findings"]] == kinds

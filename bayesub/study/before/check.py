@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from bayesub.io import toml_files
 from bayesub.io.atomic import reason
 from bayesub.io.errors import InputError, check_known, error_source, one_line
+from bayesub.io.terminal import SILENT, Progress
 
 if TYPE_CHECKING:
     from bayesub.findings.data_card import DataCard
@@ -54,14 +55,14 @@ def drawing(path: Path) -> Iterator[None]:
         raise InputError(one_line(f"{path}: cannot be drawn: {error}"), "file") from None
 
 
-def examine(path: Path, vehicles: "Sequence[Vehicle]" = ()) -> Examined:
+def examine(path: Path, vehicles: "Sequence[Vehicle]" = (), progress: Progress = SILENT) -> Examined:
     """What a file is, and its card, which not all kinds of files have; a log may be of the last of the vehicles."""
     if path.suffix == ".py":
         from bayesub.study.run import script
 
         return f"study script: {script.question(path, functions=script.FUNCTIONS)}", None
     if path.name.lower().endswith((".csv", ".csv.gz")):
-        return _log(path, vehicles)
+        return _log(path, vehicles, progress)
     if path.suffix.lower() not in (".toml", "") and path.is_file():
         hint = "bayesub convert makes logs of what vehicles write"
         raise InputError(f"{path}: is no log (.csv), TOML file or script (.py); {hint}", "format")
@@ -184,7 +185,7 @@ _KINDS: dict[str, Callable[[Path], Examined]] = {
 _OF_BOATS = re.compile(r"_command_\w+$|_(counts|percent|us)$|^(thrust_n|torque_nm)$")
 
 
-def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
+def _log(path: Path, vehicles: "Sequence[Vehicle]", progress: Progress) -> Examined:
     import numpy as np
 
     from bayesub.findings import log_card
@@ -199,7 +200,7 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]") -> Examined:
     controls = (*own, *(name for name in header if _OF_BOATS.search(name)))
     headers, boat = log_files.headers(path, controls), vehicles[-1] if vehicles else None
     n, ends, before, cards = 0, list[float](), dict[str, np.ndarray](), list[log_card.LogCard]()
-    for log in log_files.read_parts(path, controls, ascending=False, most=MOST):
+    for log in log_files.read_parts(path, controls, ascending=False, most=MOST, progress=progress):
         n, ends = n + len(log["time"]), [*ends[:1], *log["time"][[0, -1]]]
         before = {name: np.append(before.get(name, values[:0])[-SHARED:], values) for name, values in log.items()}
         cards.append(log_card.check(before, headers, controls, boat))
