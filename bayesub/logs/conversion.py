@@ -23,6 +23,7 @@ from bayesub.logs.series import HEADINGS
 # Seconds after which clocks wrap: a minute, hour, half a day, day and week, counts of 16 and 32 bits in ms and us.
 WRAPS = (60.0, 3600.0, 43200.0, 86400.0, 604800.0, 65.536, 4294967.296, 4294.967296)
 OUT_OF_ORDER = 0.2  # share of the rows that are earlier than the row before, beyond which they have no order
+LATEST_S = 5.0  # before the end of a part; what is stamped earlier has come
 TICK_S = 1e-6  # resolution of the times that are written
 HOLD_S = 1e-3  # an order that is held changes within this time
 REPEAT_S = 0.5  # and is written this often at least, so that it does not take over the pauses of others
@@ -114,7 +115,7 @@ def in_parts(logs: Iterable[VehicleLog], log_map: LogMap, source: Path) -> Itera
         assert log is not None
         streams = streams or _streams(log, log_map, source)
         for stream in streams.values():
-            stream.add(log, np.inf if following is None else log.end - BACKWARDS_S)
+            stream.add(log, np.inf if following is None else log.end - LATEST_S)
         if np.isnan(zero):
             first = np.fmin.reduce([stream.first for stream in streams.values()])
             zero = first if log_map.time.zero == "first" else log_map.time.zero
@@ -379,7 +380,6 @@ def _rows(columns: list[Column], zero: float, after: float, upto: float) -> np.n
             befores.append(instants[changes] - np.minimum(np.round(HOLD_S / TICK_S), np.ceil(gaps / 2)))
     if befores:
         rows, repeat = np.union1d(rows, np.concatenate(befores)), round(REPEAT_S / TICK_S)
-        rows = np.append(after, rows[rows > after]) if np.isfinite(after) else rows
         pauses = np.flatnonzero(np.diff(rows) > repeat)
         rows = np.unique(np.concatenate([rows, *(np.arange(rows[k], rows[k + 1], repeat) for k in pauses)]))
     return rows[(rows > after) & (rows <= upto)]

@@ -1,5 +1,6 @@
 """A log that is converted part by part is the one that is converted at once."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,24 +12,26 @@ from bayesub.logs.log_map import LogMap
 from bayesub.logs.readers import Signal, VehicleLog
 
 MAP, N = Path("map.toml"), 4000
+ROWS = {name: np.arange(N) for name in ("rudder", "yaw", "u", "depth")}  # of the table in which a signal has readings
+ROWS |= {"order": np.arange(0, N, 50), "fix": np.arange(N // 2, N, 7)}
+STEPS = np.arange(100, N, 100)  # rows at which the rudder changes
 
 
-def a_log(rng, *, interval=0.1, late=0.3, repeated=0.02, empty=0.1):
+def a_log(rng):
     """Signals of a log of which some stamps are late or repeated, readings are no numbers, and one begins late."""
-    times = interval * np.cumsum(rng.integers(1, 4, N))
-    times[N // 3 :] += 40.0  # a pause
-    times[2 * N // 3 :] += 1.9 * interval
-    mixed = times - np.where(rng.random(N) < late, 0.4 * rng.random(N), 0.0)
-    again = np.flatnonzero(rng.random(N - 1) < repeated)
+    times = 0.1 * np.cumsum(rng.integers(1, 4, N))
+    times += 1.7 * (np.arange(N) // 40) + 40.0 * (np.arange(N) > N // 3)  # pauses
+    mixed = times - np.where(rng.random(N) < 0.3, 0.85 * rng.random(N), 0.0)
+    again = np.flatnonzero(rng.random(N - 1) < 0.05)
     mixed[again + 1] = mixed[again]
-    noisy = np.where(rng.random(N) < empty, np.nan, rng.normal(size=N))
+    noisy = np.where(rng.random(N) < 0.1, np.nan, rng.normal(size=N))
     steps = np.repeat(10.0 * rng.integers(-3, 4, N // 100), 100)
     return {
         "rudder": Signal(mixed, steps),
-        "order": Signal(times[::50], np.round(rng.normal(size=N // 50), 1)),
+        "order": Signal(times[ROWS["order"]], np.round(rng.normal(size=N // 50), 1)),
         "yaw": Signal(mixed, np.mod(np.cumsum(rng.normal(0.5, 3.0, N)), 360.0)),
         "u": Signal(times, noisy),
-        "fix": Signal(times[N // 2 :: 7], rng.normal(size=len(times[N // 2 :: 7]))),
+        "fix": Signal(times[ROWS["fix"]], rng.normal(size=len(ROWS["fix"]))),
         "depth": Signal(times, np.where(rng.random(N) < 0.01, -9999.0, np.sin(times))),
     }
 
@@ -51,21 +54,23 @@ CASES = {
 TIMES = {
     "all": {},
     "a start": {"start_s": 333.3},
-    "an end": {"end_s": 522.2},
-    "both, from a zero": {"zero": 50.0, "start_s": 10.0, "end_s": 500.0},
+    "an end": {"end_s": 722.2},
+    "both, from a zero": {"zero": 50.0, "start_s": 10.0, "end_s": 700.0},
 }
 
 
-def parts_of(signals, ends):
-    """Logs that hold the readings between these times, in the order of the file."""
-    places = {name: np.searchsorted(np.maximum.accumulate(one.times), ends) for name, one in signals.items()}
-    for k in range(len(ends) - 1):
-        cut = {name: slice(*places[name][[k, k + 1]]) for name in signals}
-        yield VehicleLog(Path("a.csv"), {n: Signal(s.times[cut[n]], s.values[cut[n]]) for n, s in signals.items()})
+def parts_of(signals, cuts):
+    """Logs that hold the readings of the rows between these."""
+    for first, last in pairwise([0, *cuts, N]):
+        part = {}
+        for name, signal in signals.items():
+            inside = slice(*np.searchsorted(ROWS[name], [first, last]))
+            part[name] = Signal(signal.times[inside], signal.values[inside])
+        yield VehicleLog(Path("a.csv"), part)
 
 
-def made(signals, log_map, ends):
-    parts = list(conversion.in_parts(parts_of(signals, ends), log_map, MAP))
+def made(signals, log_map, cuts=()):
+    parts = list(conversion.in_parts(parts_of(signals, cuts), log_map, MAP))
     columns = [part.columns for part in parts]
     rows = np.concatenate([part.times for part in parts])
     return rows, {name: np.concatenate([one[name] for one in columns]) for name in columns[0]}, parts[-1].remarks
@@ -78,10 +83,9 @@ def test_a_log_in_parts_is_the_same(changed, time, rng):
     columns = {name: {"unit": name.rpartition("_")[2]} | one | changed.get(name, {}) for name, one in COLUMNS.items()}
     log_map = LogMap(time=time, columns=columns)
     signals = a_log(rng)
-    whole = made(signals, log_map, np.array([-np.inf, np.inf]))
-    for n in (2, 7, 60):
-        inside = np.sort(rng.uniform(signals["u"].times[0], signals["u"].times[-1], n))
-        rows, cells, remarks = made(signals, log_map, np.array([-np.inf, *inside, np.inf]))
+    whole = made(signals, log_map)
+    for cuts in (*(np.sort(rng.choice(N, n, replace=False)) for n in (2, 7, 60, 400)), STEPS):
+        rows, cells, remarks = made(signals, log_map, cuts)
         np.testing.assert_array_equal(rows, whole[0])
         for name, values in whole[1].items():
             np.testing.assert_allclose(cells[name], values, rtol=1e-12, atol=1e-9, err_msg=name)
@@ -89,25 +93,23 @@ def test_a_log_in_parts_is_the_same(changed, time, rng):
 
 
 def test_what_is_wrong_with_a_log_in_parts_is_told_as_of_a_whole_one():
-    ends = np.array([-np.inf, 100.0, 300.0, np.inf])
     for signals, columns, kind, key in [
         ({"u": Signal(np.append(np.arange(500.0), np.arange(400.0, 500.0)), np.zeros(600))}, {}, "data", "u"),
         ({"u": Signal(np.arange(500.0), np.full(500, np.nan))}, {}, "data", "columns.u_mps"),
         ({"u": Signal(np.arange(500.0), np.ones(500))}, {"valid": (2.0, 3.0)}, "data", "columns.u_mps"),
     ]:
         log_map = LogMap(columns={"u_mps": {"signal": "u", "unit": "m/s"} | columns})
-        for some in (ends, ends[[0, -1]]):
+        for cuts in ((), (100, 300)):
             with refused(kind, key):
-                made(signals, log_map, some)
+                made(signals, log_map, cuts)
 
 
 def test_a_log_in_parts_is_written_as_a_whole_one(tmp_path, rng):
     log_map = LogMap(columns={name: {"unit": name.rpartition("_")[2]} | one for name, one in COLUMNS.items()})
     signals = a_log(rng)
-    ends = np.array([-np.inf, 200.0, 400.0, np.inf])
     whole = conversion.convert(VehicleLog(Path("a.csv"), signals), log_map, MAP)
     whole.save(tmp_path / "whole.csv")
-    parts = conversion.in_parts(parts_of(signals, ends), log_map, MAP)
+    parts = conversion.in_parts(parts_of(signals, (1500, 2500)), log_map, MAP)
     last, extents = conversion.save(tmp_path / "parts.csv", parts)
     assert (tmp_path / "parts.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
     assert last.zero == whole.zero
@@ -116,3 +118,29 @@ def test_a_log_in_parts_is_written_as_a_whole_one(tmp_path, rng):
         assert extents[name] == (np.isfinite(cells).sum(), np.nanmin(cells), np.nanmax(cells))
     assert extents["time_s"] == (len(whole.times), whole.times[0], whole.times[-1])
     assert set(log_files.read_log(tmp_path / "parts.csv", ["thruster_n"])) >= {"time", "delta_r", "psi", "u", "x"}
+
+
+def test_the_last_moment_of_an_order_is_written_with_the_part_in_which_it_changes():
+    """It is a row of its own, a millisecond before the change, which the next part has."""
+    times = np.arange(20.0)
+    times[9] += 0.0005
+    signals = {"rudder": Signal(times, np.where(times < 9.0, 0.0, 5.0)), "u": Signal(np.arange(20.0), np.arange(20.0))}
+    columns = {"rudder_deg": {"signal": "rudder", "held": True, "unit": "deg"}, "u_mps": {"signal": "u", "unit": "m/s"}}
+    whole = made(signals, LogMap(columns=columns))
+    assert 8.9995 in whole[0].round(6)
+    for cut in range(8, 13):
+        np.testing.assert_array_equal(made(signals, LogMap(columns=columns), (cut,))[0], whole[0])
+
+
+def test_late_readings_are_sorted_into_the_part_before():
+    """By each row of the table as the first of another part; stamps may go back more than once in a row."""
+    columns = {"u_mps": {"signal": "u", "unit": "m/s"}}
+    for stamps in ([10.0, 9.3, 9.7, 10.5], [10.0, 9.1, 8.2, 7.3, 10.5], [10.0, 9.2, 9.2, 10.0, 9.2]):
+        times = np.concatenate([np.arange(10.0), stamps, np.arange(11.0, 30.0)])
+        signals = {"u": Signal(times, np.arange(len(times)) * 1.0)}
+        whole = made(signals, LogMap(columns=columns))
+        for cut in range(1, len(times)):
+            rows, cells, remarks = made(signals, LogMap(columns=columns), (cut,))
+            np.testing.assert_array_equal(rows, whole[0])
+            np.testing.assert_array_equal(cells["u_mps"], whole[1]["u_mps"])
+            assert remarks == whole[2]
