@@ -3,7 +3,7 @@
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -73,10 +73,12 @@ class Cells:
         return [f"'{name}': {kinds} of {self.n} cells, which are no readings"] if kinds else []
 
 
-def compared(frames: Iterable[Any], names: list[str], times: np.ndarray, offset: int = 0) -> list[str]:
+def compared(
+    frames: Iterable[Any], names: list[str], times: np.ndarray, offset: int = 0, measured: Collection[str] = ()
+) -> list[str]:
     """Remarks on several boats and times of receipt, by rows about the first step back of times (n,), or the first.
 
-    The times are those of the rows from `offset` on.
+    The times are those of the rows from `offset` on; columns that are `measured` tell no boats apart.
     """
     import pandas as pd
 
@@ -89,7 +91,9 @@ def compared(frames: Iterable[Any], names: list[str], times: np.ndarray, offset:
             break
     some = pd.concat(parts, ignore_index=True)
     readings = [stamps.as_numbers(some[k]) for k in some]
-    return _told_apart(some, names, readings, times[begin:][:LOOK]) + _times_of_header(names, readings, times)
+    others = [k for k, name in enumerate(names) if name not in measured]
+    apart = _told_apart(some[others], [names[k] for k in others], readings, times[begin:][:LOOK])
+    return apart + _times_of_header(names, readings, times)
 
 
 def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: np.ndarray) -> list[str]:
@@ -106,7 +110,7 @@ def _told_apart(some: Any, names: list[str], readings: list[np.ndarray], times: 
         across = (np.median(np.abs(np.diff(values))[changes]) for values in readings)
         inside = (np.median(np.abs(np.diff(values[order]))[same]) for values in readings)
         jump = any(one > JUMP * other > 0.0 for one, other in zip(across, inside, strict=True))
-        if (alternate and jump) or (back[changes].any() and back.mean() < 0.5):
+        if (alternate and jump) or (back[changes].sum() > 0.5 * len(changes) and back.mean() < 0.5):
             key = name if re.fullmatch(r"[\w-]+", name, re.ASCII) else json.dumps(name)
             label = json.dumps(labels[0].strip()) if isinstance(labels[0], str) else f"{labels[0]:g}"
             line = f"where = {{ {key} = {label} }}"

@@ -106,7 +106,7 @@ def parts(path: Path, log_map: LogMap, progress: Progress = SILENT, most: float 
                 cells[k].add(some[k])
         fault = faults[0] if faults else None
         if fault is None and (not begin or (np.diff(times) < -rows.BACKWARDS_S).any()):
-            remarks += [one for one in rows.compared(frames(), names, times, begin) if one not in remarks]
+            remarks += [one for one in rows.compared(frames(), names, times, begin, wanted) if one not in remarks]
         timed = np.isfinite(times) | (fault is not None)
         kept = slice(None) if timed.all() else timed
         signals, begin, times = {}, begin + len(times), times[kept]

@@ -113,3 +113,13 @@ def test_times_of_receipt_and_those_of_the_header(size, tmp_path):
     columns = {"time": receipt, "field.header.stamp": TIMES, "yaw": YAW}
     assert 'signal = "field.header.stamp"' in said(table(tmp_path, **columns))
     assert said(table(tmp_path, **columns), time={"signal": "field.header.stamp"}) == ""
+
+
+def test_a_rudder_that_is_elsewhere_where_a_run_begins_tells_no_boats_apart(tmp_path):
+    """Neither as a signal of the map nor, if it moves at other times too, in a list; a number of the run does."""
+    time, rudder = np.tile(np.arange(60.0), 2), np.repeat([0, 10, -10, 10, -10, 0], 20)
+    path = table(tmp_path, time=time, rudder=rudder, run=np.repeat([1, 2], 60))
+    assert [remark.split()[0] for remark in read(path).remarks] == ["'run'"]
+    path = table(tmp_path, time=time, rudder=np.repeat([0, 10], 60), u=time)
+    assert read(path, columns={"rudder_deg": {"signal": "rudder"}}).remarks == ()
+    assert len(read(path).remarks) == 1  # without a map it may be the number of a run
