@@ -1,6 +1,7 @@
 """The result of readers: signals by name, each with its own time stamps."""
 
 import importlib
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -72,22 +73,23 @@ class Collection:
 
     def signals(self) -> dict[str, Signal]:
         """All signals as arrays."""
-        return {
-            name: Signal(np.array(times, dtype=float), np.array(values, dtype=float), unit)
-            for name, (times, values, unit) in self._cells.items()
-        }
+        cells = self._cells.items()
+        return {name: Signal(np.array(t, dtype=float), np.array(x, dtype=float), unit) for name, (t, x, unit) in cells}
 
 
 def join(logs: Sequence[VehicleLog], is_by_file: bool = False) -> VehicleLog:
     """The logs of several files, such as the segments of a mission, one after the other.
 
-    With `is_by_file`, files that overlap in time are tables of one log: their signals become ``FILE.NAME``.
+    With `is_by_file`, files that overlap in time are one log, of signals ``FILE.NAME``, or ``FOLDER/FILE.NAME``.
     """
     if len(logs) == 1:
         return logs[0]
     logs = sorted(logs, key=lambda log: log.begin)
     if is_by_file and not all(after.begin >= before.end for before, after in pairwise(logs)):
-        logs = [replace(log, signals={f"{log.path.stem}.{n}": s for n, s in log.signals.items()}) for log in logs]
+        counts = Counter(log.path.stem for log in logs)
+        names = [p.stem if counts[p.stem] == 1 else f"{p.parent.name}/{p.stem}" for p in (log.path for log in logs)]
+        named = zip(names, logs, strict=True)
+        logs = [replace(log, signals={f"{file}.{n}": s for n, s in log.signals.items()}) for file, log in named]
     parts: dict[str, list[Signal]] = {}
     for log in logs:
         for name, signal in log.signals.items():

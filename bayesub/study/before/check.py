@@ -206,8 +206,7 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]", progress: Progress) -> Exami
         cards.append(log_card.check(before, headers, controls, boat))
         if boat and not any(finding.misread for card in cards for finding in card.findings):  # whose remedies say more
             boat.check_log(log, str(path))
-    text = f"log of {n} rows from {ends[0]:g} to {ends[-1]:g} s with {', '.join(headers)}"
-    return text, log_card.joined(cards)
+    return f"log of {n} rows from {ends[0]:g} to {ends[-1]:g} s with {', '.join(headers)}", log_card.joined(cards)
 
 
 def _cost(setup: "Setup") -> str:

@@ -198,3 +198,18 @@ def test_what_is_called_nearly_like_a_place(tmp_path):
     np.testing.assert_allclose(np.diff(log.signals["longDeg"].times), 1.0)
     np.testing.assert_allclose(log.signals["longDeg"].values, np.arange(12.0))
     assert "lateral" not in log.signals
+
+
+def test_tables_of_one_name_have_the_names_of_their_folders(tmp_path):
+    """Of those whose name no other has, and of pieces that follow on each other, that of the file is enough."""
+    files = {"bow/Depth.csv": 0.0, "stern/Depth.csv": 0.5, "stern/Yaw.csv": 0.25}
+    for name, begin in files.items():
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("\n".join(["time_s,value", *(f"{begin + k},{k}" for k in range(9))]))
+    paths = [tmp_path / name for name in files]
+    assert set(readers.read("csv", paths).signals) == {"bow/Depth.value", "stern/Depth.value", "Yaw.value"}
+    log_map = LogMap(columns={"depth_m": {"signal": "stern/Depth.value"}})
+    assert readers.read("csv", paths, log_map).signals["stern/Depth.value"].times[0] == 0.5
+    paths[1].write_text("\n".join(["time_s,value", *(f"{10 + k},{k}" for k in range(9))]))
+    assert len(readers.read("csv", paths[:2]).signals["value"].times) == 18
