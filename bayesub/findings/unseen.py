@@ -80,16 +80,10 @@ def leave_one_out(
     """Predict each trial of several from the others, as ``bayesub run --leave-out`` does.
 
     What the others do not tell of a trial, such as start and current, comes from its warm-up, after which it is judged;
-    coefficients that no other trial has free come from their prior. InputError for one trial, or one that is too short.
-
-    Parameters
-    ----------
-    joint : of two trials or more
-    rng : each trial has a child of it, in their order, as the source of draws and noise
-    draw : function of the problem of the others, of a generator and a number n that returns their posterior, or
-        (n, n_params) draws of it; by default :func:`bayesub.inference.checks.prediction.laplace`, which is quick and,
-        far along directions in which the posterior bends, too wide
-    n_draws : of each prediction; by default as many as :func:`predicted_trial` takes
+    coefficients that no other trial has free come from their prior. Each trial has a child of `rng` as the source of
+    draws and noise. `draw` takes the problem of the others, a generator and a number n, and returns their posterior or
+    (n, n_params) draws of it; by default :func:`bayesub.inference.checks.prediction.laplace`, which is quick and, far
+    along directions in which the posterior bends, too wide. InputError for one trial, or one that is too short.
     """
     predictions = {}
     for (name, trial), own in zip(left_out(joint).items(), rng.spawn(len(joint.problems)), strict=True):

@@ -42,11 +42,7 @@ class Remark(UserWarning):
 class InputError(ValueError):
     """Bad input. The message is one line, complete in itself; the command line prints it and exits with status 2.
 
-    Parameters
-    ----------
-    message : what is wrong, where, and what helps; it passes :func:`one_line`
-    kind : one of :data:`KINDS`, for programs and tests, which do not read sentences
-    key : what it is about: the key, column, option, name or argument, without its file and its value
+    Programs and tests read its kind, one of :data:`KINDS`, and the key, column, option, name or argument it is about.
     """
 
     def __init__(self, message: str, kind: str = "value", key: str = ""):

@@ -36,13 +36,8 @@ def linear_systems(
     The regressors are exact functions of the given states but for round-off. Simulated accelerations come from the
     equations of motion at these very states, so that integration errors do not enter; their round-off is what the
     equations are then short of, and a column of which a tenth is round-off counts as vanishing. Of measured motion
-    every column that moves stays.
-
-    Parameters
-    ----------
-    trajectory : simulated, or anything with the same attributes that was measured
-    member : which of the batch
-    free : names of coefficients to be columns, by default all; the others move to the load with their values there
+    every column that moves stays. The `trajectory` is simulated, or anything measured with the same attributes;
+    coefficients that are not among the `free`, by default all, move to the load with their values there.
     """
     simulator, xi = trajectory.simulator, trajectory.xi[member]
     states, accelerations = trajectory.states[member], trajectory.accelerations[member]

@@ -31,12 +31,8 @@ class JointProblem(PosteriorDensity):
     trajectory, motion) is asked of the trials: :attr:`problems`, or :meth:`each_trial` for their parameters.
 
     InputError without a trial, where trials have other vehicles, priors of coefficients, free parameters of the body or
-    values that are held, and where two give a parameter that they share different priors.
-
-    Parameters
-    ----------
-    problems : name of a trial -> Problem, of the same vehicle with the same `prior`
-    own : names of parameters of the boat that each trial has for itself all the same, such as "bias_rudder_deg"
+    values that are held, and where two give a parameter that they share different priors. Parameters of the boat that
+    each trial has for itself all the same, such as "bias_rudder_deg", are named in `own`.
     """
 
     def __init__(self, problems: Mapping[str, TrialProblem], own: Iterable[str] = ()):

@@ -182,14 +182,9 @@ class Record(ByContent):
         noise about north, long gaps and fast turns do no harm. For pictures, and for the heading at the start, one that
         stays within one turn (0 to 360 or -180 to 180 deg, and a twentieth of a turn beyond for noise) is unwrapped as
         well: each reading is brought within half a turn of the one before, across gaps too, and the first within half a
-        turn of `start_heading_deg`. InputError for a file that does not fit, a column without sensor and the reverse.
-
-        Parameters
-        ----------
-        sensors : one sensor for each column, with the noise sd and resolution of its readings, lever arm and clock
-            offset; their other settings play no part
-        start_heading_deg : about where the first reading of an unwrapped heading shall be
-        controls : columns of a vehicle's own that the file may have besides, such as ``fin_1_deg``
+        turn of `start_heading_deg`. There is one sensor for each column, of which noise sd, resolution, lever arm and
+        clock offset count; `controls` are columns of a vehicle's own that the file may have besides, ``fin_1_deg``.
+        InputError for a file that does not fit, a column without sensor and the reverse.
         """
         return cls.of_log(log_files.read_log(Path(path), controls), sensors, path, start_heading_deg=start_heading_deg)
 

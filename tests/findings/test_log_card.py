@@ -63,3 +63,25 @@ def test_a_long_log_is_examined_part_by_part(bayesub, tmp_path, monkeypatch):
         assert status == 0
         assert card["found"].startswith(f"log of {n} rows from 0 to {log['time'][-1]:g} s")
         assert [finding["kind"] for finding in card["findings"]] == kinds
+
+
+def test_a_boat_may_drift_throughout_a_part_of_a_long_log(bayesub, tmp_path, monkeypatch):
+    """With its propeller at rest, sideways; a column that holds another than its name says is still found, once."""
+    boat = bs.load_vehicle("auv690")
+    bs.simulate(boat, bs.load_manoeuvre("random", boat), sample=0.1).save(tmp_path / "track.csv")
+    flown = log_files.read_log(tmp_path / "track.csv")
+    n, rng = len(flown["time"]), np.random.default_rng(1)
+    idle = {name: np.full(n, values[0]) + 1e-6 * rng.standard_normal(n) for name, values in flown.items()}
+    idle |= {"u": 0.01 + 1e-3 * rng.standard_normal(n), "v": 0.2 + 1e-3 * rng.standard_normal(n), "rpm": np.zeros(n)}
+    idle |= {"time": flown["time"]}
+    names = ("time", "delta_r", "rpm", "u", "v", "r", "psi")
+    later = {name: flown[name] + (flown["time"][-1] + 0.1 if name == "time" else 0.0) for name in names}
+    log = {name: np.append(idle[name], later[name]) for name in names}
+    monkeypatch.setattr(check, "MOST", n)
+    monkeypatch.setattr(log_files, "CHUNK", n // 4)
+    for sign, kinds in ((1.0, []), (-1.0, ["sign"])):
+        log_files.write_log(tmp_path / "log.csv", log | {"r": sign * log["r"]})
+        status, said, _ = bayesub("check", "auv690", str(tmp_path / "log.csv"), "--json")
+        assert status == 0
+        card = json.loads(said)[str(tmp_path / "log.csv")]
+        assert [finding["kind"] for finding in card["findings"]] == kinds

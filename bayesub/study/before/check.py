@@ -18,6 +18,8 @@ from bayesub.io.errors import InputError, check_known, error_source, one_line
 from bayesub.io.terminal import SILENT, Progress
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from bayesub.findings.data_card import DataCard
     from bayesub.findings.equation_card import EquationCard
     from bayesub.findings.log_card import LogCard
@@ -28,7 +30,8 @@ if TYPE_CHECKING:
     Card = DataCard | EquationCard | LogCard | VehicleCard
 
 
-MOST, SHARED = 500_000, 100  # rows of a log that are examined at a time, and how many of them are with those before
+# Rows of a log that are examined at a time, those of before that are with them, and readings of them for the whole.
+MOST, SHARED, THIN = 500_000, 100, 2000
 Examined: TypeAlias = "tuple[str, Card | None]"  # in words; and what `check` reports, in lines and as JSON
 
 
@@ -199,14 +202,32 @@ def _log(path: Path, vehicles: "Sequence[Vehicle]", progress: Progress) -> Exami
     own = (column for vehicle in vehicles for column in vehicle.actuators.log_columns)
     controls = (*own, *(name for name in header if _OF_BOATS.search(name)))
     headers, boat = log_files.headers(path, controls), vehicles[-1] if vehicles else None
-    n, ends, before, cards = 0, list[float](), dict[str, np.ndarray](), list[log_card.LogCard]()
-    for log in log_files.read_parts(path, controls, ascending=False, most=MOST, progress=progress):
-        n, ends = n + len(log["time"]), [*ends[:1], *log["time"][[0, -1]]]
-        before = {name: np.append(before.get(name, values[:0])[-SHARED:], values) for name, values in log.items()}
-        cards.append(log_card.check(before, headers, controls, boat))
-        if boat and not any(finding.misread for card in cards for finding in card.findings):  # whose remedies say more
-            boat.check_log(log, str(path))
-    return f"log of {n} rows from {ends[0]:g} to {ends[-1]:g} s with {', '.join(headers)}", log_card.joined(cards)
+    n, ends, log, cards, thin = 0, list[float](), dict[str, np.ndarray](), list[log_card.LogCard](), list[dict]()
+    for part in log_files.read_parts(path, controls, ascending=False, most=MOST, progress=progress):
+        n, ends = n + len(part["time"]), [*ends[:1], *part["time"][[0, -1]]]
+        log = {name: np.append(log.get(name, values[:0])[-SHARED:], values) for name, values in part.items()}
+        cards.append(log_card.check(log, headers, controls, boat))
+        thin.append(_thinned(part))
+    if len(cards) > 1:  # what a column holds is seen from first to last only: a boat may drift throughout a part
+        log = {name: np.concatenate([part[name] for part in thin]) for name in log}
+        parts, whole = log_card.joined(cards).findings, log_card.check(log, headers, controls, boat).findings
+        of_parts = (finding for finding in parts if not finding.misread or finding.kind == "mixed")
+        cards = [log_card.LogCard((*of_parts, *(one for one in whole if one.misread and one.kind != "mixed")))]
+    if boat and not any(finding.misread for finding in cards[0].findings):  # whose remedies say more
+        boat.check_log(log, str(path))
+    return f"log of {n} rows from {ends[0]:g} to {ends[-1]:g} s with {', '.join(headers)}", cards[0]
+
+
+def _thinned(log: "dict[str, np.ndarray]") -> "dict[str, np.ndarray]":
+    """Rows of a part of a log (n,): THIN readings of each column, and the largest and smallest."""
+    import numpy as np
+
+    kept = np.zeros(len(log["time"]), dtype=bool)
+    for values in log.values():
+        filled = np.flatnonzero(np.isfinite(values))
+        ends = [filled[values[filled].argmin()], filled[values[filled].argmax()]] if len(filled) else []
+        kept[[*filled[:: 1 + len(filled) // THIN], *ends]] = True
+    return {name: values[kept] for name, values in log.items()}
 
 
 def _cost(setup: "Setup") -> str:
