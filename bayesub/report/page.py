@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from bayesub.io import templates
+from bayesub.io import copies, templates
 from bayesub.io.atomic import write_text
 from bayesub.io.terminal import SILENT, Progress
 
@@ -53,11 +53,13 @@ def draw_all(
     pictures: dict[str, tuple[str, bytes]] = {}
     progress.stage("figures and page")
     with tempfile.TemporaryDirectory() as scratch:
+        files = {f.name: [folder / f"{f.name}.png", Path(scratch) / f"{f.name}.svg"] for f in figures}
+        with copies.beside():
+            for n, figure in enumerate(figures):
+                progress.update(n, len(figures), "figures", figure.name)
+                figure.draw(files[figure.name] + ([folder / f"{figure.name}.pdf"] if pdf else []))
         for figure in figures:
-            progress.update(len(pictures), len(figures), "figures", figure.name)
-            svg = Path(scratch) / f"{figure.name}.svg"
-            png, *others = (folder / f"{figure.name}{suffix}" for suffix in ([".png", ".pdf"] if pdf else [".png"]))
-            figure.draw([png, *others, svg])
+            png, svg = files[figure.name]
             pictures[figure.name] = figure.caption, smaller(png.read_bytes(), svg.read_bytes())
     progress.update(len(figures), len(figures), "figures")
     return pictures

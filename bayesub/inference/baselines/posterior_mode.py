@@ -11,6 +11,7 @@ On an unstable ship and a zig-zag of forty minutes, with guesses 70 % off, Gauss
 ends at a deviance of 2507 a reading, and continuation at 1.02, with 73 Jacobians.
 """
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -36,7 +37,7 @@ _LAST = 200  # iterations of the last search
 
 
 @checked
-def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
+def posterior_mode(problem: Sampled, *, rng: np.random.Generator, start: Mapping[str, float] | None = None) -> Estimate:
     """The posterior mode by Gauss-Newton searches, with a finite log likelihood.
 
     A long track has local modes, thousands of standard deviations off. The searches start from the middle of the prior
@@ -50,13 +51,18 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     the ends of the intervals, less and less until all predictions are inside. InputError if no mode is found: no
     simulation completes the record, or no parameters that the prior admits make every reading where there is no noise.
 
-    `rng` is the source of the starts. The Estimate is that of the last search; its costs are those of all searches.
+    `rng` is the source of the starts. Where parameters have a value in `start`, as of the posterior of fewer readings,
+    one search from there will do if its mode fits; InputError for a name that the problem does not have. The Estimate
+    is that of the last search; its costs are those of all searches.
     """
     mode: Estimate | None = None
     spent = meter(problem.costs)
     for share in SHARES:
         smooth = problem.smoothed(share)
-        mode = _lowest(smooth, rng) if mode is None else gauss_newton(smooth, mode.values)
+        if mode is not None:
+            mode = gauss_newton(smooth, mode.values)
+        else:
+            mode = (_near(smooth, start) if start else None) or _lowest(smooth, rng)
         if np.isfinite(problem.log_likelihood(mode.values)[0]):
             return replace(mode, **spent())
     assert mode is not None
@@ -65,6 +71,17 @@ def posterior_mode(problem: Sampled, *, rng: np.random.Generator) -> Estimate:
     what = "no parameters that the prior admits are found with every prediction within the rounding of its reading"
     text = f"channel '{channels[0]}': {what}; give the sensor an sd, or widen the prior"
     raise InputError(text, "data", channels[0])
+
+
+def _near(problem, values) -> Estimate | None:
+    """The end of a search from the middle of the prior but for some values, if it fits."""
+    start = problem.prior.parameters(np.zeros(problem.n_params))
+    for name, value in values.items():
+        if name not in problem.names:
+            raise InputError(f"start: {name} is not free, and needs no value to begin with", "unknown", name)
+        start[problem.names.index(name)] = value
+    found = _search(problem, start)
+    return found if found is not None and _fits(problem, found) else None
 
 
 def _lowest(problem, rng) -> Estimate:

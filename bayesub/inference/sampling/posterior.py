@@ -29,12 +29,14 @@ class Criteria:
     ess: float = 400.0  # lower limit of bulk and tail effective sample size
     taus: float = 25.0  # lower limit of the length of every ensemble, in its autocorrelation times
     false_alarms: float = 0.01  # probability that a stationary chain is said to have a trend in its variance
+    look: int = 100  # kept steps between two looks, until a tenth of the chain is more
 
     def __post_init__(self):
         for name, value in vars(self).items():
             check_class(f"criteria: {name}", value, SupportsFloat, key=name)
-        if not (self.rhat > 1.0 and self.ess > 0.0 and self.taus > 0.0 and 0.0 < self.false_alarms < 1.0):
-            text = f"criteria: rhat must be above 1, and ess and taus positive, found {self}"
+        positive = min(self.ess, self.taus, self.look) > 0.0
+        if not (self.rhat > 1.0 and positive and 0.0 < self.false_alarms < 1.0):
+            text = f"criteria: rhat must be above 1, and ess, taus and look positive, found {self}"
             raise InputError(text, "value", "criteria")
 
 

@@ -18,6 +18,7 @@ from bayesub.io.errors import InputError
 
 DIGEST = "sha256"  # the attribute with the digest of what the rest says
 SEAL = b"bayesub sha256 "  # after the file as HDF5 has it, with the digest of its bytes, which are checked before HDF5
+_CRITERIA = ("rhat", "ess", "taus", "false_alarms")
 # Attributes of a posterior that are attributes of its file, and their types.
 _NUMBERS: dict[str, type] = dict.fromkeys(("n_warmup", "thin", "evaluations", "jacobians"), int) | dict.fromkeys(
     ("acceptance", "seconds", "jacobian_price", "simulation_seconds"), float
@@ -43,7 +44,7 @@ def to_datasets(posterior: Posterior) -> dict[str, xr.Dataset]:
         "n_walkers": n_walkers,
         "layout": "walker after walker within a chain, which is one independent ensemble",
         **{f"failures_{word}": count for word, count in posterior.failures.items()},
-        **{f"criterion_{key}": value for key, value in vars(posterior.criteria).items()},
+        **{f"criterion_{key}": getattr(posterior.criteria, key) for key in _CRITERIA},
     }
     stats = xr.Dataset({"lp": flat(log_prob)}, coords=coordinates)
     stats["walker"] = ("draw", walker.ravel())
@@ -126,6 +127,7 @@ def _read(draws: xr.Dataset, stats: xr.Dataset, summary: xr.Dataset) -> Posterio
     def ensembles(array):
         return np.swapaxes(array.values.reshape(array.sizes["chain"], n_walkers, -1), 1, 2)
 
+    limits: dict[str, Any] = {key: float(attrs[f"criterion_{key}"]) for key in _CRITERIA}
     posterior = Posterior(
         names=names,
         chain=np.stack([ensembles(draws[name]) for name in names], axis=-1),
@@ -133,9 +135,7 @@ def _read(draws: xr.Dataset, stats: xr.Dataset, summary: xr.Dataset) -> Posterio
         prior_mean=summary["prior_mean"].values,
         prior_sd=summary["prior_sd"].values,
         failures={k.removeprefix("failures_"): int(v) for k, v in attrs.items() if k.startswith("failures_")},
-        criteria=Criteria(
-            **{k.removeprefix("criterion_"): float(v) for k, v in attrs.items() if k.startswith("criterion_")}
-        ),
+        criteria=Criteria(**limits),
         **{name: kind(attrs[name]) for name, kind in _NUMBERS.items()},
     )
     # What has been computed once takes the place of cached properties.

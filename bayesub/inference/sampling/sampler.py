@@ -38,7 +38,6 @@ MOVE_STEPS = (0.2, 0.5, 1.0)  # of these
 START_STEPS = (0.1, 0.2, 0.4, 0.8)  # of Crank-Nicolson, before a walker starts
 START_SWEEPS = 50  # of such steps
 DISPERSION = 2.0  # sd of the starts in sampling coordinates, where the posterior has about 1
-LOOK = 100  # kept steps before the first look at convergence
 WARMUP = 0.1  # fraction of the steps so far that is discarded; before 0.25
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 CHAIN_BYTES = 2**30  # of a chain that takes more room every second step is forgotten
@@ -49,6 +48,14 @@ FIRST_PROBES = 4096  # values from the prior that are tried first, of all parame
 PROBED = 0.05  # sd of the walkers in t, from which on values of its prior are tried for a parameter
 PRIOR_SHARE = 0.2  # of the steps that draw parameters anew from their prior which the other steps do not cover
 _SAME = 1e-6  # difference of log posteriors: a thousand times what the order of sums in a matrix product makes
+
+
+Search = Callable[[Sampled, np.random.Generator], np.ndarray]
+
+
+def search_mode(problem: Sampled, rng: np.random.Generator) -> np.ndarray:
+    """The posterior mode (n_params,)."""
+    return problem.posterior_mode(rng) if isinstance(problem, Modal) else posterior_mode(problem, rng=rng).values
 
 
 @checked
@@ -64,7 +71,7 @@ def sample(
     criteria: Criteria = STANDARD,
     checkpoint: str | Path | None = None,
     progress: Progress | None = None,
-    examine: Callable[[np.ndarray], None] | None = None,
+    search: Search = search_mode,
     moves: Sequence[emcee.moves.Move | tuple[emcee.moves.Move, float]] = (),
 ) -> Posterior:
     """Sample the posterior of a problem with emcee.
@@ -87,8 +94,9 @@ def sample(
     checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
         lets the step in hand be finished and saved, and a second Ctrl-C does not
     progress : object with ``update(done, total, unit, note)``, or None
-    examine : called with the posterior mode (n_params,) before the first step, and may raise; not by a run that is
-        resumed, and not where forces have unknown histories, which follow the readings before they are sampled
+    search : finds the posterior mode (n_params,) of the problem with a source of random numbers, and may raise; not
+        called by a run that is resumed, and not where forces have unknown histories, which follow the readings before
+        they are sampled
     moves : of emcee, or pairs of one and its weight (one by default), besides our own, which have the weight one
         together. They move the sampling coordinates y, in which the posterior is nearly a standard normal. Each is
         taken in one ensemble after the other, so that it sees no walker of another; those of emcee that take two
@@ -101,25 +109,26 @@ def sample(
         raise InputError(text, "value", "n_ensembles" if n_ensembles < 1 else "n_walkers")
     if max_steps < 1:
         raise InputError(f"sampler: max_steps must be one at least, found {max_steps}", "value", "max_steps")
+    looks = partial(_looks, criteria.look)
     with store.opened(checkpoint) as saved:
-        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, examine, moves)
+        run = _Run(problem, rng, n_ensembles, n_walkers, saved, progress, search, moves)
         with nullcontext(lambda: False) if saved is None else deferred() as interrupted:
             while True:
-                if run.n_kept and (run.n_kept * run.state.thin >= max_steps or run.n_kept in _looks(run.n_kept)):
+                if run.n_kept and (run.n_kept * run.state.thin >= max_steps or run.n_kept in looks(run.n_kept)):
                     posterior = run.posterior(criteria)
                     if progress is not None:
                         progress.update(*_pace(posterior, max_steps))
                     if run.n_kept * run.state.thin >= max_steps or posterior.converged or posterior.stuck(max_steps):
                         return posterior
                     run.cover(posterior.uncovered)
-                look = next(k for k in _looks() if k > run.n_kept)
+                look = next(k for k in looks() if k > run.n_kept)
                 run.advance(min(look, -(-max_steps // run.state.thin)), interrupted)
 
 
 class _Run:
     """The steps so far, and what the next one needs; a new run, or one continued from a checkpoint."""
 
-    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, examine, others):
+    def __init__(self, problem, rng, n_ensembles, n_walkers, saved, progress, search, others):
         self.problem, self.n_ensembles, self.saved = problem, n_ensembles, saved
         others = [others] if isinstance(others, str | emcee.moves.Move) else others
         weighted = [move if isinstance(move, tuple) else (move, 1.0) for move in others]
@@ -130,7 +139,7 @@ class _Run:
         content = None if saved is None else saved.load(settings)
         if content is None:
             before, starts, steps = rng.spawn(3)
-            self.geometry, surrogate, draws = learn_coordinates(problem, before, progress, examine)
+            self.geometry, surrogate, draws = learn_coordinates(problem, before, progress, search)
             n = n_ensembles * n_walkers
             # What the log posterior is above the log density of the surrogate, for most draws of that.
             y = _with_histories(problem, draws[:n], starts)
@@ -255,7 +264,7 @@ class _Run:
     def posterior(self, criteria: Criteria) -> Posterior:
         """The verdict on convergence of the steps so far."""
         whole = self._joined()
-        while whole.chain.nbytes > CHAIN_BYTES and len(whole.chain) > LOOK:
+        while whole.chain.nbytes > CHAIN_BYTES and len(whole.chain) > STANDARD.look:
             self.blocks, self.state = [whole], replace(self.state, thin=2 * self.state.thin)
             whole = self._joined()
         self.blocks = [whole]
@@ -340,7 +349,7 @@ def learn_coordinates(
     problem: Sampled,
     rng: np.random.Generator,
     progress: Progress | None = None,
-    examine: Callable[[np.ndarray], None] | None = None,
+    search: Search = search_mode,
 ) -> tuple[Geometry | HistoryGeometry, Surrogate | HistorySurrogate, np.ndarray]:
     """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
     if progress is not None:
@@ -350,13 +359,7 @@ def learn_coordinates(
     if problem.histories:
         marginal = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), searches)
         return learn_with_histories(*marginal, surrogates, progress)
-    if isinstance(problem, Modal):
-        mode = problem.posterior_mode(searches)
-    else:
-        mode = posterior_mode(problem, rng=searches).values
-    if examine is not None:
-        examine(mode)
-    geometry = Geometry.whitened(smooth, mode)
+    geometry = Geometry.whitened(smooth, search(problem, searches))
     surrogate, draws = learn(smooth, geometry, surrogates, progress)
     return geometry, surrogate, draws
 
@@ -428,12 +431,12 @@ def _with_histories(problem, others, rng) -> np.ndarray:
     return np.hstack([others, rng.standard_normal((len(others), n_white))])
 
 
-def _looks(up_to: int | None = None) -> Iterator[int]:
-    """The numbers of kept steps at which convergence is judged: every 100 at first, then every tenth of the chain."""
-    look = LOOK
+def _looks(every: int, up_to: int | None = None) -> Iterator[int]:
+    """The numbers of kept steps at which convergence is judged: `every` so many at first, then a tenth of the chain."""
+    look = every
     while up_to is None or look <= up_to:
         yield look
-        look = LOOK * max(look // LOOK + 1, int(np.ceil(1.1 * look / LOOK)))
+        look = every * max(look // every + 1, int(np.ceil(1.1 * look / every)))
 
 
 def _by_ensemble(steps, n_ensembles):

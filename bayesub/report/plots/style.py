@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from bayesub.io import copies
 from bayesub.io.atomic import replacing
 
 TRUTH = "#000000"
@@ -163,7 +165,7 @@ def figure(path: Paths, width: float, height: float, margins: Sequence[float] | 
             left, right, bottom, top = margins
             drawing.subplots_adjust(left / width, bottom / height, 1.0 - right / width, 1.0 - top / height)
         yield drawing
-        save(drawing, path)
+        copies.do(partial(save, drawing, path))
 
 
 def save(drawing: Figure, path: Paths) -> None:

@@ -1,6 +1,8 @@
 """The study of a finished run with one more log, which is a trial like those before it.
 
 All trials are fitted together, so that nothing of the former posterior is approximated, and the order of logs is none.
+The former posterior says where the search for the mode begins, and convergence is looked at more often: it is there
+after fewer steps than between two looks of a run that is new.
 """
 
 from pathlib import Path
@@ -15,6 +17,7 @@ from bayesub.study.schema.trial_section import CheckSection, TrialKeys
 from bayesub.study.sources import file_digest
 
 FIRST = "first"  # trial of a run that had one
+LOOK = 20  # steps
 
 
 def updated(folder: Path, log: Path) -> Study:
@@ -43,6 +46,9 @@ def updated(folder: Path, log: Path) -> Study:
         new |= {} if trial.manoeuvre.subproblem is None else {"subproblem": trial.manoeuvre.subproblem}
     content |= {"trials": [*trials, new], "name": f"{study.name}_{new['name']}", "prior": _prior(run, content["prior"])}
     content["check"] = [one for one in content.pop("check", ()) if not _is(study, one.get("data"), log)]
+    means = zip(run.posterior.names, run.posterior.mean.tolist(), strict=True)
+    start = {name: mean for name, mean in means if name in run.vehicle.equations.index}
+    content["sampler"] = content.get("sampler", {}) | {"look": LOOK, "start": start}
     content["baselines"] = {"linear_least_squares": False, "sqp_starts": 0}
     both = toml_files.validate(content, Study, f"{folder} with {log}")
     places = {name: log if name == str(log) else Path(study.path(name)) for name in both.files}

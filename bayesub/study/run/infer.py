@@ -17,6 +17,7 @@ from bayesub.findings.remedies import fit_of_mode
 from bayesub.findings.unseen import TrialPrediction, predicted_trial
 from bayesub.findings.verdicts import MEANING
 from bayesub.inference import baselines, identifiability
+from bayesub.inference.interface import Sampled
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
 from bayesub.inference.sampling.histories import foretold_seconds
@@ -73,8 +74,8 @@ def infer(setup: Setup, context: RunContext, *, cross_check: bool, leave_out: bo
     seconds |= {estimate.method: estimate.seconds for estimate in estimates}
 
     progress.stage("sample the posterior")
-    rng, examine = setup.generator(seeds.SAMPLER), partial(_examine, setup, context)
-    posterior = sample_posterior(setup, problem, rng, checkpoint=folder / "chain", progress=progress, examine=examine)
+    rng, search = setup.generator(seeds.SAMPLER), partial(_search, setup, context)
+    posterior = sample_posterior(setup, problem, rng, checkpoint=folder / "chain", progress=progress, search=search)
     seconds["sampling"] = posterior.seconds
     posterior_file.save(posterior, folder / POSTERIOR)
     posterior = posterior_file.load(folder / POSTERIOR)  # with the draws that the file has, as all that follow read it
@@ -156,7 +157,7 @@ def sample_posterior(
 def criteria(setup: Setup) -> Criteria:
     """When a posterior of the study has converged."""
     sampler = setup.study.sampler
-    return Criteria(sampler.rhat, sampler.ess, sampler.taus)
+    return Criteria(sampler.rhat, sampler.ess, sampler.taus, look=sampler.look)
 
 
 def refuse_misread(setup: Setup, progress: Progress) -> None:
@@ -237,9 +238,10 @@ def _searched(setup: Setup, progress: Progress) -> Iterator[baselines.Estimate]:
         yield baselines.sqp(plain, rng=rng, informed=others, n_starts=n_starts, progress=progress)
 
 
-def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
-    """Say before anything is sampled how the mode fits; InputError if it does not at all."""
+def _search(setup: Setup, context: RunContext, problem: Sampled, rng: np.random.Generator) -> np.ndarray:
+    """The posterior mode, of which is said before anything is sampled how it fits; InputError if it does not at all."""
     sampler = setup.study.sampler
+    mode = baselines.posterior_mode(problem, rng=rng, start=sampler.start).values
     fit = fit_of_mode(setup.problem, mode, setup.generator(seeds.MODE))
     values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
     write_text(context.folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
@@ -259,6 +261,7 @@ def _examine(setup: Setup, context: RunContext, mode: np.ndarray) -> None:
         text += "check, free more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit "
         text += "above that"
         raise InputError(text, "data", fit.channel)
+    return mode
 
 
 def conclude(

@@ -27,7 +27,7 @@ CROSS_CHECK = "cross_check.json"
 TRACEBACK = "traceback.txt"  # of a study of several that failed by what is no bad input
 LEFT_OUT = "left_out"  # folder of the fits without one of the trials
 STOPPING = (  # may change before a run is resumed
-    *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus")),
+    *(f"sampler.{key}" for key in ("max_steps", "max_misfit", "rhat", "ess", "taus", "look")),
     *(f"design.{key}" for key in ("minutes", "judgements")),
 )
 _OLD = {"versions", "commit", "quick_run"}  # keys of a run of 0.1

@@ -141,7 +141,7 @@ class BaselinesSection(Section):
 
 
 class SamplerSection(Section):
-    """Size of the sampler, and its stopping rule; `rhat`, `ess` and `taus` are as in :class:`bayesub.Criteria`."""
+    """Size of the sampler, and its stopping rule; `rhat`, `ess`, `taus`, `look` are as in :class:`bayesub.Criteria`."""
 
     n_ensembles: int = pydantic.Field(default=4, ge=1, le=64)
     n_walkers: int | None = pydantic.Field(default=None, ge=4, le=4096)  # of each; by default that of bayesub.sample
@@ -150,6 +150,9 @@ class SamplerSection(Section):
     rhat: float = pydantic.Field(default=1.01, gt=1.0)
     ess: Positive = 400.0
     taus: Positive = 25.0
+    look: int = pydantic.Field(default=100, ge=10)
+    # coefficient -> value, as of a run of fewer trials, from where the mode is searched first
+    start: dict[str, float] = pydantic.Field(default_factory=dict)
 
 
 class Study(TrialKeys):

@@ -250,6 +250,20 @@ def test_the_mode_is_the_lowest_of_several_wells():
     assert best.costs[0] < 0.5 * one.costs[0]
 
 
+@pytest.mark.parametrize("start", [1.9, -1.9, -0.3])
+def test_a_search_from_near_the_mode_is_the_only_one(start, monkeypatch):
+    """Where it ends in the higher well, or in none, it is not trusted, and the others follow."""
+    module = importlib.import_module("bayesub.inference.baselines.posterior_mode")
+    searches, search = [], module.gauss_newton
+    monkeypatch.setattr(module, "gauss_newton", lambda *a: searches.append(a) or search(*a))
+    problem = TwoWells()
+    found = posterior_mode(problem, rng=np.random.default_rng(0), start={problem.names[0]: start})
+    assert found.values[0] == pytest.approx(2.0, abs=0.1)
+    assert (len(searches) == 1) == (start > 0.0)
+    with refused("unknown", "Yvu"):
+        posterior_mode(problem, rng=np.random.default_rng(0), start={"Yvu": 1.0})
+
+
 class Steps(Toy):
     """Twenty parameters whose cubes are read too, and a reading that jumps a thousand times while one grows by one."""
 

@@ -10,7 +10,9 @@ from support.toys import AGREE, Banana, Cliff, Linear, disagreement, ill_conditi
 import bayesub as bs
 from bayesub.inference.checks import convergence
 from bayesub.inference.sampling.posterior import Criteria
+from bayesub.inference.sampling.sampler import search_mode
 from bayesub.io.errors import InputError
+from bayesub.problem.priors import Normal
 
 ENDLESS = Criteria(ess=1e12)  # never met, so that the length is max_steps
 
@@ -174,19 +176,35 @@ def test_progress_is_numbers():
     assert re.fullmatch(r"R-hat 1\.\d{4}, ESS \d+", progress.updates[-1][3])
 
 
-def test_the_mode_is_examined_before_a_step_is_taken_and_overflow_is_not_spoken_of():
-    """What examines the mode may end the run; densities that overflow far out are refused without a warning."""
+def test_the_mode_is_searched_before_a_step_is_taken_and_overflow_is_not_spoken_of():
+    """What searches the mode may end the run; densities that overflow far out are refused without a warning."""
     modes, states = [], []
 
-    def examine(mode):
-        modes.append(mode)
+    def search(problem, rng):
+        modes.append(search_mode(problem, rng))
         states.append(np.geterr())
         raise InputError("does not fit")
 
     with pytest.raises(InputError, match="does not fit"):
-        bs.sample(Banana(), rng=np.random.default_rng(3), max_steps=100, examine=examine)
+        bs.sample(Banana(), rng=np.random.default_rng(3), max_steps=100, search=search)
     assert modes[0].shape == (Banana().n_params,)
     assert (states[0]["over"], states[0]["invalid"]) == ("ignore", "ignore")
+
+
+def test_convergence_is_looked_at_as_often_as_is_asked():
+    """A run ends at the first look at which it has converged, and its steps are those of a longer one."""
+    problem = Linear(np.eye(2), np.ones(2), Normal(mean=np.zeros(2), sd=np.ones(2)))
+    often, seldom = (bs.sample(problem, rng=np.random.default_rng(5), criteria=Criteria(look=n)) for n in (20, 100))
+    ends = [posterior.n_warmup + posterior.n_steps for posterior in (often, seldom)]
+    assert all(posterior.converged for posterior in (often, seldom))
+    assert ends[0] < ends[1] == 100
+    assert ends[0] % 20 == 0
+    both = slice(seldom.n_warmup, ends[0])
+    of_each = [
+        posterior.chain[:, both.start - posterior.n_warmup :][:, : ends[0] - both.start]
+        for posterior in (often, seldom)
+    ]
+    np.testing.assert_array_equal(*of_each)
 
 
 def test_no_steps_are_refused():
