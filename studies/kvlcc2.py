@@ -3,16 +3,19 @@
 Question: the trials of KVLCC2 for the workshop SIMMAN of 2008, free-running models of 7 m. HSVA's zig-zags 10/10 and
 20/10 to both sides are fitted; its nine others and MARIN's six trials are predicted from rudder and start. All thirteen
 zig-zags are fitted; MARIN's turning circles are predicted, beside what was published (Alexandersson et al. 2022).
-Claim: from all thirteen the advance of both circles is predicted within 3 %, the tactical diameter within 4 % to
-starboard and 10 % too large to port, with 90 % intervals that are narrower than 8 % to either side and hold three of
-the four. The prior is the published model in motions that include circles, its constants known to a fifth. How well the
-set follows that model was chosen by leaving out single zig-zags of HSVA; MARIN's tests had been seen when its terms
-were chosen. The 90 % bands of the posterior of four zig-zags hold 75 to 99 % of the readings of HSVA's other runs.
-Where the rudder reverses at a heading of one degree, and with ten degrees of rudder at five, a tenth of a degree of
-rudder turns the heading by more than five.
-Cost: over an hour, most of it to leave one zig-zag out at a time; the posterior of thirteen is its normal
-approximation. The data are not ours to give: the environment variable BAYESUB_KVLCC2 names a folder with
-HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it the study is skipped, and with --quick too.
+Claim: from all thirteen the advance of both circles is predicted within 2 %, the tactical diameter within 3 % to
+starboard and 5 % to port, each nearer than published, with 90 % intervals that are narrower than 9 % to either side and
+hold all four. The noise of the readings is taken for ten times that of the sensors, since errors of the equations are
+alike for minutes: with half a decade more or less HSVA's left-out zig-zags are followed worse. The prior is the
+published model in motions that include circles, its constants known to a fifth, its form to a tenth; MARIN's tests had
+been seen when its terms were chosen. With a form known to three tenths, for which the tracks of HSVA's left-out
+zig-zags speak, the diameter to port is more than 5 % too large. Of four zig-zags the posterior is on eight of fifteen
+unseen runs at least as good as the best of three other methods, in heading and in track, and its 90 % bands hold 75 to
+99 % of the readings of HSVA's other runs. Where the rudder reverses at a heading of one degree, and with ten degrees of
+rudder at five, a tenth of a degree of rudder turns the heading by more than five.
+Cost: over an hour, most of it to leave one zig-zag out at a time. The data are not ours to give: the environment
+variable BAYESUB_KVLCC2 names a folder with HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it the study
+is skipped, and with --quick too.
 """
 
 import os
@@ -23,13 +26,15 @@ import numpy as np
 
 import bayesub as bs
 from kvlcc2 import circles, drawings, fits, predictions
-from kvlcc2.drawings import typical
+from kvlcc2.drawings import at_least_as_good, typical
+from kvlcc2.fits import NOISE
 from kvlcc2.published import FORM
 from kvlcc2.trials import CIRCLES, FITTED, HSVA, MARIN, UNSEEN, ZERO, ZIGZAGS, Tanker, file_of
 
 TRAINED = {"four": FITTED, "all": HSVA}
-SAMPLED, MODE = "four", "posterior mode"  # of all the normal approximation at the mode stands for the posterior
-FORMS = (0.03, FORM, 0.3)  # of the prior, of which one zig-zag at a time is left out
+# Of fits of which one zig-zag at a time is left out: how far the set may leave the form of the model, and the noise.
+LEFT_OUT = [(FORM, noise) for noise in (1.0, 3.0, NOISE, 30.0)] + [(form, NOISE) for form in (0.03, 0.3)]
+FORMS, WINS = (0.03, FORM, 0.3), 8
 SENSITIVE = ("05_01", "10_01", "15_01", "10_05")
 N_STARTS, MAX_ITERATIONS, MAX_STEPS, SEED = 3, 2000, 6000, 1
 FIGURES = {
@@ -63,11 +68,10 @@ def compute(run):
     for key, names in TRAINED.items():
         run.progress.stage(f"estimates of {key}")
         estimates = run.part(f"estimates_{key}", partial(estimates_of, tanker, names))
-        mode = predictions.Known.of_estimate(estimates.pop(MODE), np.random.default_rng(SEED), with_unknowns=True)
-        posterior = sampled(run, tanker) if key == SAMPLED else None
-        numbers["posteriors"][key] = summary(posterior, mode)
+        posterior = sampled(run, tanker, key)
+        numbers["posteriors"][key] = summary(posterior)
         numbers["estimates"][key] = {m: of_estimate(content) for m, content in estimates.items()}
-        known[key] = methods(mode if posterior is None else of_draws(posterior), estimates)
+        known[key] = methods(of_draws(posterior), estimates)
     run.progress.stage("predict")
     arrays = {}
     for name in (*FITTED, *UNSEEN):
@@ -76,23 +80,50 @@ def compute(run):
         arrays |= of_run
     for side, name in CIRCLES.items():
         numbers["circles"][side] = predictions.of_circle(tanker, name, side, known["all"], SEED)
+    numbers["forms"] = {f"{form:g}": run.part(f"circles_{form:g}", partial(circles_of, folder, form)) for form in FORMS}
     run.save_arrays("bands", **arrays)
     run.progress.stage("leave out one zig-zag at a time")
     numbers["left_out"] = {
-        f"{form:g}": run.part(f"left_out_{form:g}", partial(left_out, folder, form)) for form in FORMS
+        f"{form:g}, {noise:g}": run.part(f"left_out_{form:g}_{noise:g}", partial(left_out, folder, form, noise))
+        for form, noise in LEFT_OUT
     }
-    return numbers
+    run.progress.stage("unseen runs by all other zig-zags")
+    of_marin = {name: {"errors": predictions.of_run(tanker, name, known["all"], SEED)[0]["errors"]} for name in MARIN}
+    of_hsva = {name: run.part(f"by_others_{name}", partial(by_others, tanker, name)) for name in ZIGZAGS}
+    return numbers | {"by_others": of_hsva | of_marin}
 
 
-def left_out(folder, form):
-    """Errors and coverage of each zig-zag of HSVA by the posterior mode of the others, with a prior of that form."""
+def left_out(folder, form, noise):
+    """Errors and coverage of each zig-zag of HSVA by the posterior mode of the others, with that prior and noise."""
     tanker, result = Tanker(Path(folder), form), {}
     for name in HSVA:
-        mode = fits.mode(tanker, [other for other in HSVA if other != name]).to_json()
-        known = predictions.Known.of_estimate(mode, np.random.default_rng(SEED), with_unknowns=True)
-        content, _ = predictions.of_run(tanker, name, {"posterior": known}, SEED)
+        content = by_mode(tanker, name, [other for other in HSVA if other != name], noise)
         result[name] = content["errors"]["posterior"] | {"coverage": content["coverage"]["posterior"]["90"]}
     return result
+
+
+def circles_of(folder, form):
+    """The circles by the posterior mode of all zig-zags with that prior."""
+    tanker = Tanker(Path(folder), form)
+    known = {"posterior": of_mode(tanker, HSVA)}
+    return {side: predictions.of_circle(tanker, name, side, known, SEED) for side, name in CIRCLES.items()}
+
+
+def by_mode(tanker, name, others, noise=NOISE, estimates=None):
+    """Errors and coverage of a run by the posterior mode of others, and by their estimates."""
+    return predictions.of_run(tanker, name, methods(of_mode(tanker, others, noise), estimates or {}), SEED)[0]
+
+
+def of_mode(tanker, names, noise=NOISE):
+    """What the posterior mode of some trials knows, and the normal approximation there."""
+    mode = fits.mode(tanker, names, noise).to_json()
+    return predictions.Known.of_estimate(mode, np.random.default_rng(SEED), with_unknowns=True)
+
+
+def by_others(tanker, name):
+    """Errors of all methods on a zig-zag of HSVA by the twelve others."""
+    others = [other for other in HSVA if other != name]
+    return {"errors": by_mode(tanker, name, others, estimates=estimates_of(tanker, others))["errors"]}
 
 
 def estimates_of(tanker, names):
@@ -100,18 +131,17 @@ def estimates_of(tanker, names):
     search = {"rng": np.random.default_rng(SEED), "n_starts": N_STARTS, "max_iterations": MAX_ITERATIONS}
     sqp = bs.baselines.sqp(tanker.joint(names).naive(), **search)
     made = {"SQP": sqp, "linear least squares": fits.differenced(tanker, names)}
-    made |= {"smoothed regression": fits.smoothed(tanker, names), MODE: fits.mode(tanker, names)}
+    made |= {"smoothed regression": fits.smoothed(tanker, names)}
     return {key: estimate.to_json() for key, estimate in made.items()}
 
 
-def sampled(run, tanker):
-    """The posterior of the four zig-zags, kept in the run folder."""
-    file = run.folder / "posterior.nc"
+def sampled(run, tanker, key):
+    """The posterior of some zig-zags, kept in the run folder."""
+    file = run.folder / f"posterior_{key}.nc"
     if not file.exists():
-        run.progress.stage("sample the posterior of four")
-        options = {"max_steps": MAX_STEPS, "checkpoint": run.folder / "chain_four", "progress": run.progress}
-        problem = tanker.joint(TRAINED[SAMPLED], fits.unmodelled())
-        bs.sample(problem, rng=np.random.default_rng(SEED), **options).save(file)
+        run.progress.stage(f"sample the posterior of {key}")
+        options = {"max_steps": MAX_STEPS, "checkpoint": run.folder / f"chain_{key}", "progress": run.progress}
+        bs.sample(fits.posed(tanker, TRAINED[key]), rng=np.random.default_rng(SEED), **options).save(file)
     return bs.Posterior.load(file)
 
 
@@ -121,20 +151,12 @@ def of_draws(posterior):
     return predictions.Known(posterior.names, posterior.mean, draws, with_unknowns=True)
 
 
-def summary(posterior, mode):
-    """Rudder zeros of the runs; convergence of a sample, and how its normal approximation differs from it."""
-    source = mode if posterior is None else of_draws(posterior)
-    means, sds = source.draws.mean(axis=0), source.draws.std(axis=0)
-    zeros = {name: k for k, name in enumerate(source.names) if name.startswith(ZERO)}
-    result = {"zeros": {name: {"mean": float(means[k]), "sd": float(sds[k])} for name, k in zeros.items()}}
-    if posterior is not None:
-        places = [posterior.names.index(name) for name in mode.names]
-        ratios = mode.draws.std(axis=0) / posterior.sd[places]
-        off = np.abs(mode.values - posterior.mean[places]) / posterior.sd[places]
-        result |= {"shortcomings": list(posterior.shortcomings), "seconds": posterior.seconds}
-        result["normal_approximation"] = {"sd_ratio": np.percentile(ratios, [0, 50, 100]).tolist()}
-        result["normal_approximation"]["mean_off_sds"] = np.percentile(off, [50, 100]).tolist()
-    return result
+def summary(posterior):
+    """Rudder zeros of the runs, and whether it has converged."""
+    zeros = {name: k for k, name in enumerate(posterior.names) if name.startswith(ZERO)}
+    means, sds = posterior.mean.tolist(), posterior.sd.tolist()
+    result = {"zeros": {name: {"mean": means[k], "sd": sds[k]} for name, k in zeros.items()}}
+    return result | {"converged": posterior.converged, "seconds": posterior.seconds}
 
 
 def of_estimate(content):
@@ -164,17 +186,26 @@ def claims(numbers):
         return
     held = []
     for side, measures in numbers["circles"].items():
-        for key, least, most in (("advance_m", -0.03, 0.03), ("diameter_m", -0.04, 0.1)):
+        for key, most in (("advance_m", 0.02), ("diameter_m", 0.05 if side == "port" else 0.03)):
             one = measures[key]
-            off, width = one["posterior"] / one["test"] - 1.0, 0.5 * (one["high"] - one["low"]) / one["test"]
-            yield least < off < most, f"{side}: {key} is predicted with {off:+.1%}"
-            yield width < 0.08, f"{side}: the interval of {key} is {width:.1%} to either side"
+            off, width = circles.error(one), 0.5 * (one["high"] - one["low"]) / one["test"]
+            yield abs(off) < most, f"{side}: {key} is predicted with {off:+.1%}"
+            published = one["published"]["predicted"] / one["published"]["test"] - 1.0
+            yield abs(off) < abs(published), f"{side}: {key} is {off:+.1%} off, {published:+.1%} as published"
+            yield width < 0.09, f"{side}: the interval of {key} is {width:.1%} to either side"
             held.append(one["low"] < one["test"] < one["high"])
-    yield sum(held) == 3, f"the intervals hold {sum(held)} of {len(held)}"
+    yield sum(held) == 4, f"the intervals hold {sum(held)} of {len(held)}"
     share = float(np.mean([numbers["runs"][name]["coverage"]["posterior"]["90"] for name in ZIGZAGS]))
     yield 0.75 <= share <= 0.99, f"the 90 % bands hold {share:.0%} of the readings"
-    errors = {form: typical(rows, "heading_deg") for form, rows in numbers["left_out"].items()}
-    yield min(errors, key=errors.get) == f"{FORM:g}", f"left out, headings are off by {errors}"
+    for key in ("heading_deg", "track_m"):
+        errors = {noise: typical(numbers["left_out"][f"{form:g}, {noise:g}"], key) for form, noise in LEFT_OUT[:4]}
+        yield min(errors, key=errors.get) == NOISE, f"left out, {key} by noise is {errors}"
+        good = len(at_least_as_good(numbers["runs"], key))
+        yield good >= WINS, f"{key}: the posterior is at least as good as all others on {good} runs"
+    off = circles.error(numbers["forms"]["0.3"]["port"]["diameter_m"])
+    yield off > 0.05, f"with the loosest form the diameter to port is {off:+.1%} off"
+    for key, one in numbers["posteriors"].items():
+        yield one["converged"], f"the posterior of {key} has not converged"
     for name in SENSITIVE:
         moved = numbers["runs"][name]["best_zero"]["by_tenth_deg"]
         yield moved > 5.0, f"{name}: a tenth of a degree of rudder moves the heading by {moved:.1f}"

@@ -45,6 +45,11 @@ def of_log(log: dict[str, np.ndarray], first: int = 0, turned: bool = False) -> 
     return measured(log["x_m"][first:], log["y_m"][first:], yaw[first:], turned)
 
 
+def error(measure: dict) -> float:
+    """Of what the posterior predicts of a measure, over the test."""
+    return measure["posterior"] / measure["test"] - 1.0
+
+
 def definitions(tanker: Tanker) -> dict[str, dict]:
     """Advance and diameter of the tests by start and axes, and as published."""
     result: dict[str, dict] = {}

@@ -113,9 +113,13 @@ def page(numbers: dict) -> Iterator[str]:
         "best zero": lambda r: "{zero_deg:.2f}°: {heading_deg:.1f}°, {by_tenth_deg:.1f}°".format(**r["best_zero"])
     }
     yield from columns(rows, cells)
-    for key, word in (("heading_deg", "heading"), ("track_m", "track")):
-        yield f"\n{word.capitalize()}: the posterior is at least as good as the best of {', '.join(RIVALS)} in"
-        yield f"{len(at_least_as_good(numbers, key))} of {len(UNSEEN)} unseen runs."
+    yield from wins(numbers["runs"])
+    yield "\nFits of all zig-zags of HSVA but the one that is predicted, where one is by the posterior mode: heading (deg,"
+    yield "rms) / track (m, rms).\n"
+    rows = [numbers["by_others"][name] | {"name": name} for name in UNSEEN]
+    cells = {"run": lambda r: title(r["name"])}
+    yield from columns(rows, cells | {key: lambda r, key=key: pair(r["errors"][key]) for key in METHODS})
+    yield from wins(numbers["by_others"])
     yield "\nTurning circles of MARIN, fits of all thirteen zig-zags: m, and per cent of the test."
     yield "As published: per cent of the test as it stands there.\n"
     yield from columns(
@@ -124,12 +128,21 @@ def page(numbers: dict) -> Iterator[str]:
         | {key: lambda r, key=key: r[key] for key in ("as published", *METHODS)},
     )
     yield "\nEach zig-zag of HSVA by the posterior mode of the other twelve, by how far coefficients may leave the form"
-    yield "of the published model: errors of heading (deg, rms) and track (m, rms), geometric means over the zig-zags,"
-    yield "and the share of all readings in 90 % bands.\n"
-    cells = {"form": lambda r: r[0], "heading": lambda r: f"{typical(r[1], 'heading_deg'):.2f}"}
+    yield "of the published model, and by the noise of the readings over that of the sensors: errors of heading (deg,"
+    yield "rms) and track (m, rms), geometric means over the zig-zags, and the share of all readings in 90 % bands.\n"
+    cells = {"form, noise": lambda r: r[0], "heading": lambda r: f"{typical(r[1], 'heading_deg'):.2f}"}
     cells |= {"track": lambda r: f"{typical(r[1], 'track_m'):.2f}"}
     cells |= {"90 % band": lambda r: f"{np.mean([one['coverage'] for one in r[1].values()]):.0%}"}
     yield from columns(list(numbers["left_out"].items()), cells)
+    yield "\nTurning circles by the posterior mode of all thirteen and its normal approximation, by form.\n"
+    cells = {"form": lambda r: r[0]}
+    for key in circles.MEASURES:
+        for side in CIRCLES:
+            word = f"{key.removesuffix('_m')}, {side}"
+            cells[word] = lambda r, side=side, key=key: _cell(
+                r[1][side][key]["methods"]["posterior"], r[1][side][key]["test"]
+            )
+    yield from columns(list(numbers["forms"].items()), cells)
     yield "\nThe tests by definition: where the rudder counts as put, and which way is ahead.\n"
     cells = {key: lambda r, key=key: r[key] for key in ("circle", "from", "axes")}
     cells |= {key: lambda r, key=key: f"{r[key]:.2f}" for key in circles.MEASURES}
@@ -172,8 +185,15 @@ def _cell(one, test):
     return f"{one['value']:.2f}{interval}, {one['value'] / test - 1.0:+.1%}"
 
 
-def at_least_as_good(numbers: dict, key: str) -> list[str]:
+def wins(runs: dict) -> Iterator[str]:
+    """On how many unseen runs the posterior is at least as good as its rivals."""
+    for key, word in (("heading_deg", "heading"), ("track_m", "track")):
+        yield f"\n{word.capitalize()}: the posterior is at least as good as the best of {', '.join(RIVALS)} in"
+        yield f"{len(at_least_as_good(runs, key))} of {len(UNSEEN)} unseen runs."
+
+
+def at_least_as_good(predicted: dict, key: str) -> list[str]:
     """The unseen runs on which the posterior's error is no larger than that of any rival."""
-    runs = {name: numbers["runs"][name]["errors"] for name in UNSEEN}
+    runs = {name: predicted[name]["errors"] for name in UNSEEN}
     best = {name: min((e[m][key] for m in RIVALS if e[m][key] is not None), default=np.inf) for name, e in runs.items()}
     return [name for name, e in runs.items() if e["posterior"][key] is not None and e["posterior"][key] <= best[name]]

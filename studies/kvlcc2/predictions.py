@@ -6,11 +6,19 @@ import numpy as np
 
 import bayesub as bs
 from kvlcc2 import circles
-from kvlcc2.fits import unmodelled
 from kvlcc2.trials import ZERO, Tanker
 
 N_DRAWS, LEVELS = 500, (50, 90)
+# Sds of unmodelled forces of a flight, non-dimensional: 2 % of the resistance, and of force and moment of the rudder
+# hard over; and how long they stay alike.
+FORCES = {"X": 3.8e-5, "Y": 3.3e-5, "N": 1.6e-5}
+FORCE_TIME_S, FORCE_KNOTS_S = 60.0, 30.0
 CIRCLE_S, CIRCLE_READING_S = 90.0, 0.4  # of a circle, enough for 180 degrees; between its positions
+
+
+def unmodelled() -> bs.UnknownDisturbance:
+    """The forces that the equations leave out."""
+    return bs.UnknownDisturbance(tuple(FORCES), FORCES, FORCE_TIME_S, "matern_3_2", FORCE_KNOTS_S)
 
 
 @dataclass(frozen=True)
