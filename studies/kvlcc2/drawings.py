@@ -114,7 +114,7 @@ def page(numbers: dict) -> Iterator[str]:
     }
     yield from columns(rows, cells)
     yield from wins(numbers["runs"])
-    yield "\nFits of all zig-zags of HSVA but the one that is predicted, where it is one, by the posterior mode: heading"
+    yield "\nFits of all zig-zags of HSVA but the one that is predicted, where it is one, by posterior mode: heading"
     yield "(deg, rms) / track (m, rms).\n"
     rows = [numbers["by_others"][name] | {"name": name} for name in UNSEEN]
     cells = {"run": lambda r: title(r["name"])}
