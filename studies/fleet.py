@@ -26,6 +26,7 @@ from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem import priors
 from bayesub.report import markdown
 from bayesub.report.plots import style
+from bayesub.study.after.update import LOOK
 from thesis import calibration
 
 VEHICLE, PLANE, SEED, STEP_S, FINER = "suboff", "horizontal", 45, 0.5, 10
@@ -103,7 +104,10 @@ def planar():
 
 
 def updated(k):
-    """Ranks of the truth of a boat of which no sister is known after its second log, fitted together with its first."""
+    """Ranks of the truth of a boat of which no sister is known after its second log, fitted together with its first.
+
+    As ``bayesub update`` does it: the mode is searched from the posterior of the first log.
+    """
     rng = np.random.default_rng([SEED, k, N_UPDATED])
     vehicle, names, columns, sizes = planar()
     flown = {name: replace(bs.load_manoeuvre(name, vehicle), subproblem=PLANE) for name in LOGS}
@@ -114,10 +118,16 @@ def updated(k):
         boat = replace(vehicle, xi=xi)
         motions = {name: bs.simulate(boat, manoeuvre, dt=STEP_S / FINER) for name, manoeuvre in flown.items()}
     records = {name: bs.observe(motion, SENSORS, rng) for name, motion in motions.items()}
-    began = time.perf_counter()
     given = {"free": names, "prior": priors.relative_normal(ALONE), "dt": STEP_S}
-    joint = bs.JointProblem({name: bs.Problem(vehicle, flown[name], records[name], **given) for name in LOGS})
-    posterior = bs.sample(joint, rng=rng, n_walkers=N_WALKERS)
+    problems = {name: bs.Problem(vehicle, flown[name], records[name], **given) for name in LOGS}
+    before = bs.sample(problems[LOGS[0]], rng=rng)
+    start = {name: mean for name, mean in zip(before.names, before.mean.tolist(), strict=True) if name in names}
+
+    def search(problem, rng):
+        return bs.baselines.posterior_mode(problem, rng=rng, start=start).values
+
+    began, joint = time.perf_counter(), bs.JointProblem(problems)
+    posterior = bs.sample(joint, rng=rng, n_walkers=N_WALKERS, search=search, criteria=bs.Criteria(look=LOOK))
     seconds = time.perf_counter() - began
     truth = xi[vehicle.equations.columns(joint.names)]
     ranks = calibration.posterior_ranks(joint, posterior, truth, rng)
