@@ -29,8 +29,7 @@ def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     """
     prior, names = problem.prior_of_others, posterior.names
     conflict = find_conflict(prior, posterior.draws, names)
-    known = posterior.known_before(prior)
-    edges = np.sort([known.quantiles(p) for p in _EDGES], axis=0)
+    edges = np.sort([posterior.known_before(prior).quantiles(p) for p in _EDGES], axis=0)
     after = posterior.quantiles(_EDGES)
     named = [
         {"name": name, "sds": abs(sds), "prior": edges[:, k].tolist(), "posterior": after[:, k].tolist()}
@@ -52,12 +51,8 @@ def _scales(prior, names, draws):
     elif isinstance(prior, SharedScale) and len(prior.scales) > 1:
         below = np.cumsum(prior.scales_of(draws))
         low, middle, high = (float(prior.scales[np.searchsorted(below, p)]) for p in (_EDGES[0], 0.5, _EDGES[1]))
-        yield {
-            "names": list(names),
-            "prior": [float(prior.scales.min()), float(prior.scales.max())],
-            "median": middle,
-            "interval": [low, high],
-        }
+        ends = [float(prior.scales.min()), float(prior.scales.max())]
+        yield {"names": list(names), "prior": ends, "median": middle, "interval": [low, high]}
 
 
 def sentences(numbers: dict) -> dict[str, str]:

@@ -35,16 +35,14 @@ class Derived:
     @cached_property
     def absent(self) -> dict[str, str]:
         """Quantity that the boat does not have -> why."""
-        vehicle = self.reference.vehicle
-        reasons = {q.name: q.reason(vehicle) or self.planes[q.subproblem] for q in self.quantities}
+        reasons = {q.name: q.reason(self.reference.vehicle) or self.planes[q.subproblem] for q in self.quantities}
         return {name: reason for name, reason in reasons.items() if reason}
 
     @cached_property
     def values(self) -> dict[str, dict[str, np.ndarray]]:
         """Quantity -> values (n,) of the reference, the prior and the posterior, of those that are not absent."""
-        boats = {"reference": self.reference, "prior": self.prior, "posterior": self.posterior}
         present = [quantity for quantity in self.quantities if quantity.name not in self.absent]
-        return {quantity.name: {name: quantity.of(some) for name, some in boats.items()} for quantity in present}
+        return {quantity.name: {name: quantity.of(boats) for name, boats in self._boats} for quantity in present}
 
     @cached_property
     def spiral(self) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:

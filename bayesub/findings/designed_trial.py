@@ -63,8 +63,7 @@ class DesignedTrial:
         return self._of(replace(self.judge, draws=self.plan.range.sets[1 : N_DRAWS + 1]))
 
     def _of(self, judge):
-        by_trial = [judge.information(manoeuvre) for manoeuvre in self.manoeuvres]
-        return [_total(parts) for parts in zip(*by_trial, strict=True)]
+        return [_total(parts) for parts in zip(*map(judge.information, self.manoeuvres), strict=True)]
 
     @cached_property
     def standard(self) -> Manoeuvre | None:

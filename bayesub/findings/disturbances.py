@@ -195,10 +195,8 @@ def sentences(numbers: dict) -> dict[str, str]:
         return {}
     terms = " ".join(_followed_sentence(one) for one in numbers["followed"])
     if numbers["regressors_tried"] and not terms:
-        terms = (
-            f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
-            f"{100 * numbers['false_alarms']:g} % false alarms in all)."
-        )
+        terms = f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
+        terms += f"{100 * numbers['false_alarms']:g} % false alarms in all)."
     values = {"numbers": numbers, "motions": MOTIONS, "unseen": UNSEEN, "unit": unit, "suffix": _suffix}
     text = templates.fill("bayesub.findings", "disturbance.txt", **values)
     return {"disturbance": " ".join(text.split()), "missing_terms": terms}

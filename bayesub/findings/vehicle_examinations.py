@@ -171,12 +171,9 @@ def balance(boat: Vehicle) -> Examination:
     ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
     found = Examination({})
     if not drag:
-        sums = " = ".join(thrusts)
         zero = f": {listed(straight.names['X'])} is zero" if straight.names["X"] else ""
-        remedy = (
-            f"set {symbol}, and {sums} = -{symbol} with it" if symbol else "set its drag, and a thrust to balance it"
-        )
-        found.warn(f"the boat has no drag{zero}", remedy)
+        remedy = f"set {symbol}, and {' = '.join(thrusts)} = -{symbol} with it"
+        found.warn(f"the boat has no drag{zero}", remedy if symbol else "set its drag, and a thrust to balance it")
     branches = thrusts if symbol or ratios[0] != ratios[1] else list(thrusts)[:1]  # the same without their names
     for ratio, names in zip(ratios, branches, strict=False):
         if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
@@ -285,9 +282,8 @@ def stability(boat: Vehicle) -> Examination:
         damping = listed([*drift.of(force), *turning.of(moment)], "the damping derivatives")
         if index is None:
             is_force = drift.values[force] >= 0.0
-            axis, variable, names = (
-                (force, across, drift.of(force)) if is_force else (moment, rotation, turning.of(moment))
-            )
+            axis, variable, slope = (force, across, drift) if is_force else (moment, rotation, turning)
+            names = slope.of(axis)
             less = "" if is_force else " (less the moment of the mass)"
             why = f"{axis} has no term in {variable} that damps"
             why = f"{listed(names, '')}{less} {'are' if len(names) > 1 else 'is'} not negative" if names else why
@@ -313,9 +309,8 @@ def _roll_terms(boat: Vehicle) -> str:
     if boat.equations.degrees_of_freedom == 3:
         return ""
     damping = slopes(boat, "p").of("K")
-    coupling = slopes(boat, "v").of("K") + [
-        t.name for t in boat.equations.terms if (t.axis, t.regressor) == ("K", "vdot")
-    ]
+    coupling = slopes(boat, "v").of("K")
+    coupling += [t.name for t in boat.equations.terms if (t.axis, t.regressor) == ("K", "vdot")]
     words = ("damping in roll", damping), ("the coupling of roll with sway", coupling)
     texts = (what + (f" ({', '.join(names)})" if names else "") for what, names in words)
     return f"{', '.join(texts)} and "
@@ -396,8 +391,7 @@ def hydrostatics(boat: Vehicle) -> Examination:
         return Examination({"hydrostatics": None}, skipped={"hydrostatics": PLANAR})
     body = boat.rigid_body
     ratio, arm = body["buoyancy"] / body["weight"], body["zG"] - body["zB"]
-    numbers = {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}
-    found = Examination({"hydrostatics": numbers})
+    found = Examination({"hydrostatics": {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}})
     if abs(ratio - 1.0) > SPEED_TOLERANCE:
         found.warn(
             f"buoyancy is {100 * ratio:.4g} % of the weight", "check buoyancy_n; neutrally_buoyant = true equals both"

@@ -183,8 +183,7 @@ def draw(
     beyond = [np.any(np.abs(place(one.values) - 0.5) > 0.5, axis=1).sum() for one in found]
     handles = _handles(found, beyond, word)
     words = [handle.get_label() for handle in handles]
-    side = float(np.clip(6.4 / n, 0.8, 1.25))
-    size = n * side
+    size = n * float(np.clip(6.4 / n, 0.8, 1.25))
     wide = size + 0.95
     ncols = style.legend_columns(words, wide)
     top = 0.2 + 0.17 * -(-len(words) // ncols)
@@ -198,10 +197,8 @@ def draw(
             contours(axis, np.stack([column + SIDE * draws[:, column], row + SIDE * (1.0 - draws[:, row])], axis=1))
         _draw_marginals(axis, draws, quantiles)
         edges = [[place(side) for side in edge(prior, *chosen[[i, j]])] for j, i in zip(rows, columns, strict=True)]
-        x, y = (
-            np.stack([e[k][:, m] for e, m in zip(edges, at, strict=True)], axis=1)
-            for k, at in enumerate((columns, rows))
-        )
+        x = np.stack([across[:, k] for (across, _), k in zip(edges, columns, strict=True)], axis=1)
+        y = np.stack([up[:, k] for (_, up), k in zip(edges, rows, strict=True)], axis=1)
         inside = (np.abs(x - 0.5) < 0.5) & (np.abs(y - 0.5) < 0.5)
         x, y = (np.where(inside, at, np.nan) for at in (columns + SIDE * x, rows + SIDE * (1.0 - y)))
         axis.plot(x, y, **_EDGE)

@@ -231,9 +231,8 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], forces.turning, [False]]).astype(int)))
     turns = np.append(forces.fine_times, forces.times[-1])[edges].reshape(-1, 2)  # when it turns fast, from .. to
     with style.figure(path, 9.0, 1.2 + 1.75 * n_axes, margins) as figure:
-        rows = figure.subplots(
-            n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw={"wspace": 0.24, "hspace": 0.14}
-        )
+        spaces = {"wspace": 0.24, "hspace": 0.14}
+        rows = figure.subplots(n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw=spaces)
         figure.align_ylabels(rows)
         for k, (axis, (left, right)) in enumerate(zip(forces.axes, rows, strict=True)):
             for panel in (left, right):
