@@ -93,8 +93,7 @@ class Margin:
     @property
     def excess(self) -> np.ndarray:
         """(n_flights,) how far each flight is beyond the limit, as a share of its size; negative within."""
-        size = max(abs(self.limit), 1e-9)
-        return (self.reached - self.limit) / size * (1.0 if self.is_upper else -1.0)
+        return (self.reached - self.limit) / max(abs(self.limit), 1e-9) * (1.0 if self.is_upper else -1.0)
 
     @property
     def share_within(self) -> float:
@@ -132,9 +131,7 @@ class Range:
     def margins(self, manoeuvre: Manoeuvre) -> list[Margin]:
         """The margin to each limit; that of a flight that failed is infinitely beyond."""
         _, states, whole = self.flown(manoeuvre)
-        x, y, z, phi, theta, u = np.moveaxis(
-            states[..., log_files.positions("x", "y", "z", "phi", "theta", "u")], -1, 0
-        )
+        x, y, z, phi, theta, u = np.moveaxis(states, -1, 0)[log_files.positions("x", "y", "z", "phi", "theta", "u")]
         half = 0.5 * self.vehicle.length_m * np.abs(np.sin(theta))
         extremes = {
             "depth_change_m": (lambda: np.abs(z - z[:, :1]).max(1), True),
