@@ -71,8 +71,7 @@ class Actuators:
         """
         matrix = self.mixing.copy()
         columns = [control.column for control in self.equations.controls]
-        moved = matrix.any(axis=1)
-        if AILERON in columns and np.linalg.matrix_rank(matrix) < np.count_nonzero(moved):
+        if AILERON in columns and np.linalg.matrix_rank(matrix) < np.count_nonzero(matrix.any(axis=1)):
             matrix[columns.index(AILERON)] = 0.0
         if self.direct:
             return matrix.T

@@ -113,8 +113,7 @@ class Hull:
     @staticmethod
     def _strip(radius, first, second, chord):
         """Added mass per length of two opposite fins beyond that of the hull, corrected for their span."""
-        reach = np.maximum([first - radius, second - radius], 0.0)
-        span = 2.0 * reach.max(axis=0)
+        span = 2.0 * np.maximum([first - radius, second - radius], 0.0).max(axis=0)
         bare = np.pi * radius**2
         return (added_mass.section(radius, first, second) - bare) * added_mass.finite_span(span, chord)
 
@@ -189,8 +188,7 @@ def load_hull(path: str | Path) -> Hull:
     """Read a hull geometry file; InputError with file, key and remedy."""
     try:
         with np.errstate(all="ignore"):
-            file = toml_files.read_toml(Path(path), HullFile)
-            hull = Hull(file, str(path))
+            hull = Hull(toml_files.read_toml(Path(path), HullFile), str(path))
             sizes = [hull.centre, *hull.displaced_inertia]
     except OverflowError:
         sizes = [np.inf]

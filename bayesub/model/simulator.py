@@ -265,8 +265,7 @@ class Simulator:
         assert knots is not None
         n_knots = len(knots.times)
         places = np.full((n_axes, n_knots), -1)
-        numbers = self._stage_changes.n_before + np.arange(len(axes) * n_knots)
-        places[axes] = numbers.reshape(len(axes), n_knots)
+        places[axes] = (self._stage_changes.n_before + np.arange(len(axes) * n_knots)).reshape(len(axes), n_knots)
         seen = np.full((n_batch, n_knots - 1, len(rows)), np.nan)
         shocks = np.zeros((0, 0, 0)) if policy is None else np.full(policy.levels.shape, np.nan)
         return Steering(self._restarts, rows, places, seen, shocks, *(FREE if policy is None else policy))
@@ -426,8 +425,7 @@ def sensitivity_columns(
     thrust_factor = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
     forces = {}
     if knots is not None:
-        of_axes = [axis for axis in knots.axes for _ in knots.times]
-        forces = dict(zip(knots.parameters, of_axes, strict=True))
+        forces = dict(zip(knots.parameters, [axis for axis in knots.axes for _ in knots.times], strict=True))
     varied = [name for name in parameters if name in vehicle.actuators.parameters or name in forces]
     after_body = len(equations.names) + 6 * sum(name in workspace.BODY for name in parameters)
     body: list[int] = []

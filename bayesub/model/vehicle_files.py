@@ -130,8 +130,7 @@ def _as_section(entry):
     """A plain number is a coefficient without a standard deviation."""
     if isinstance(entry, dict | CoefficientSection):
         return entry
-    number = isinstance(entry, int | float) and not isinstance(entry, bool)
-    if not number or not abs(entry) < math.inf:
+    if isinstance(entry, bool) or not isinstance(entry, int | float) or not abs(entry) < math.inf:
         raise PydanticCustomError("coefficient", "should be a finite number or { value = .., sd = .. }")
     return {"value": entry}
 
@@ -186,5 +185,4 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
         if taken:
             text = f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it"
             raise InputError(text, "conflict", min(taken))
-    displaced = file.displacement is not None
-    actuator_files.check_fit(file.actuators, equations, file.body.length_m, displaced)
+    actuator_files.check_fit(file.actuators, equations, file.body.length_m, file.displacement is not None)

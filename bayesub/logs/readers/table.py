@@ -71,8 +71,7 @@ def parts(path: Path, log_map: LogMap, progress: Progress = SILENT, most: float 
         unit_cells[k] = unit_cells[k] or unit
         names.append(name if name and name not in names else head or f"column_{k + 1}")
         if names[k] in names[:k]:
-            message = f"{path}: column '{head}' is given twice; rename one of them"
-            faults.append(InputError(message, "conflict", head))
+            faults.append(InputError(f"{path}: column '{head}' is given twice; rename one of them", "conflict", head))
             names[k] = f"{head}_{k + 1}"
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
     # As the map has it, which may be as the file has it.
@@ -343,8 +342,7 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
     lower, top = {re.sub(r"\W+", "_", name.lower()): k for name, k in places.items()}, cache(lambda: next(frames))
 
     def given(signal: str, key: str) -> int:
-        message = f"has no column '{signal}', the {key} of [time]"
-        check_known(_plain(signal), places, message, key=f"time.{key}")
+        check_known(_plain(signal), places, f"has no column '{signal}', the {key} of [time]", key=f"time.{key}")
         return places[_plain(signal)]
 
     parts = [[lower[name] for name in part if name in lower][:1] for part in PARTS]
