@@ -106,8 +106,7 @@ class Hull:
         rolling = np.zeros((6, 6))
         rolling[1, 3] = rolling[3, 1] = -(sway @ offset)
         rolling[3, 5] = rolling[5, 3] = -(sway @ (offset * x))
-        radii = np.sqrt(breadth * height)
-        rolling[3, 3] = weights @ [self._roll(fins, radius, chord) for radius in radii]
+        rolling[3, 3] = weights @ [self._roll(fins, radius, chord) for radius in np.sqrt(breadth * height)]
         return crosswise, rolling
 
     @staticmethod

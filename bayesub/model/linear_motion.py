@@ -35,13 +35,10 @@ def motion_matrix(boats: Boats, plane: str | None, names: tuple[str, ...]) -> np
         states[2 * k : 2 * k + 2, place] += [step, -step]
     rates = boats.accelerations(plane, states, boats.controls(plane, n=len(states)))
     slopes = (rates[:, ::2] - rates[:, 1::2]) / (2.0 * steps[:, None])
-    columns = [
-        np.tile(np.array(names) == RATES[name], (len(boats), 1)).astype(float)
-        if name in RATES
-        else slopes[:, :, VELOCITIES.index(name)]
-        for name in names
-    ]
-    return np.stack(columns, axis=1)
+    result = np.zeros((len(boats), len(names), len(names)))
+    for k, name in enumerate(names):
+        result[:, k] = np.array(names) == RATES[name] if name in RATES else slopes[:, :, VELOCITIES.index(name)]
+    return result
 
 
 def roots(boats: Boats, plane: str) -> np.ndarray:

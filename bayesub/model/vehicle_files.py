@@ -119,10 +119,8 @@ class CorrelationsSection(Section):
             shares = np.abs(np.linalg.eigh(matrix)[1][:, 0]).round(6)  # equal ones in the order of the file
             most = np.argsort(-shares, kind="stable")[:3]
             names = ", ".join(self.coefficients[k] for k in most)
-            raise ValueError(
-                f"matrix is not positive definite: correlations of {names} contradict each other; keep all digits of "
-                "the matrix that they were taken from"
-            ) from None
+            text = f"matrix is not positive definite: correlations of {names} contradict each other"
+            raise ValueError(f"{text}; keep all digits of the matrix that they were taken from") from None
         return self
 
 
@@ -161,8 +159,7 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
         of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
         message = f"coefficients: unknown coefficient '{name}'{of}"
         check_known(name, equations.names, message, key=f"coefficients.{name}")
-    missing = [name for name in equations.names if name not in file.coefficients]
-    if missing:
+    if missing := [name for name in equations.names if name not in file.coefficients]:
         listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
         total = f"{len(missing)} of the {len(equations.names)} coefficients"
         text = f"coefficients: {total} missing ({listed}); write 0 where there is none"

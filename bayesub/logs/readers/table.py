@@ -329,8 +329,7 @@ def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tu
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
     """``Depth [m]``, ``Depth (m)``, ``Depth / m`` or ``depth_m`` taken apart; the last keeps its name."""
-    match = re.match(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$", cell)
-    if match:
+    if match := re.match(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$", cell):
         return match[1], next((part for part in match.groups()[1:] if part), "").strip()
     end = cell.rpartition("_")[2]
     return cell, units.of_column(cell) if len(end) > 1 or end == "m" else ""
@@ -366,8 +365,7 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
             return (typed[0],)
         ascends = [name for k, name in enumerate(names) if (np.diff(as_numbers(frame[k])) > 0).all()]
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
-        message = f"which column is the time? give [time] signal in the map, {some}"
-        raise InputError(message, "missing", "time.signal")
+        raise InputError(f"which column is the time? give [time] signal in the map, {some}", "missing", "time.signal")
     if time in split:
         return time, split[time]
     if clock.date is not None:
