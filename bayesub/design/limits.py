@@ -75,10 +75,10 @@ def load_limits(path: str | Path) -> Limits:
 
 def usual_limits(vehicle: Vehicle) -> Limits:
     """The default limits of a boat: depth within 0.9 lengths, pitch under 30 and roll under 45 degrees."""
-    if vehicle.equations.degrees_of_freedom < 6:
-        return Limits.model_validate({"min_speed_mps": 0.1 * vehicle.speed_mps})
-    limits = {"depth_change_m": 0.9 * vehicle.length_m, "pitch_deg": 30.0, "roll_deg": 45.0}
-    return Limits.model_validate(limits | {"min_speed_mps": 0.1 * vehicle.speed_mps})
+    limits = {"min_speed_mps": 0.1 * vehicle.speed_mps}
+    if vehicle.equations.degrees_of_freedom == 6:
+        limits |= {"depth_change_m": 0.9 * vehicle.length_m, "pitch_deg": 30.0, "roll_deg": 45.0}
+    return Limits.model_validate(limits)
 
 
 @dataclass(frozen=True)

@@ -98,8 +98,7 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     values = {name: sensitivity(others, part) for name, part in parts.items()}
     n_effective = np.minimum(n_effective, len(some))
     limits = {name: np.maximum(SENSITIVE, 2.0 * sensitivity_noise(part, n_effective)) for name, part in parts.items()}
-    large = {name: values[name] > limits[name] for name in parts}
-    by_prior, by_data = large[PRIOR], large[LIKELIHOOD]
+    by_prior, by_data = (values[name] > limits[name] for name in (PRIOR, LIKELIHOOD))
     words = np.select([by_prior & by_data, by_prior, by_data], [BOTH, PRIOR, LIKELIHOOD], "")
     shift, width = half_prior(prior, standard)
     result = {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}

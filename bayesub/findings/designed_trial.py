@@ -237,11 +237,10 @@ def _orders(design: DesignedTrial) -> list[dict]:
 
 def criteria(information: Information, null: NullSpace | None) -> dict:
     """Counts and criteria of an information."""
-    counts = {f"known_to_{100 * share:g}_percent": information.n_known(share) for share in SHARES}
     optimality = {"D": information.d_optimality, "A": information.a_optimality, "n_sharper": information.n_sharper}
     if null is not None:
         optimality |= {"E": information.e_optimality(len(null)), "n_null": len(null)}
-    return counts | optimality
+    return {f"known_to_{100 * share:g}_percent": information.n_known(share) for share in SHARES} | optimality
 
 
 def _coefficients(design) -> list[dict]:

@@ -136,9 +136,8 @@ def _wrong_sd(side, remedy, checks, problem):
 
 def _shape(checks, problem):
     columns = ", ".join(_columns(checks, problem))
-    return (
-        f"Residuals not distributed as their noise: {columns}; look at the figure, and at the resolution of the sensor."
-    )
+    remedy = "look at the figure, and at the resolution of the sensor"
+    return f"Residuals not distributed as their noise: {columns}; {remedy}."
 
 
 _SENTENCES: dict[str, Callable] = {

@@ -102,12 +102,11 @@ def turning_circle(vehicle: Vehicle, states: np.ndarray, rudder: float) -> dict:
     """
     end, length = states[-1], vehicle.length_m
     speed, rate = np.linalg.norm(end[[U, V]]), end[R]
-    tactical = abs(at_heading(states[None], 180.0)[0, Y]) / length
     steady = abs(rate) * length > 1e-3 * speed
     return {
         "rudder_deg": rudder,
         "diameter_lengths": number_or_none(circle_diameter(end[None])[0] / length) if steady else None,
-        "tactical_diameter_lengths": number_or_none(tactical),
+        "tactical_diameter_lengths": number_or_none(abs(at_heading(states[None], 180.0)[0, Y]) / length),
         "speed_ratio": number_or_none(speed / vehicle.speed_mps),
         "drift_angle_deg": number_or_none(abs(np.degrees(np.arctan2(-end[V], end[U])))),
         "positive_rudder_turns": ("to starboard" if rate > 0.0 else "to port") if steady else None,
@@ -250,8 +249,7 @@ def straight_flight(boat: Vehicle) -> Examination:
         "pitch_deg": (STRAY_DEG, "deg of pitch"),
         "heading_deg": (STRAY_DEG, "deg of heading"),
     }
-    off = [f"{stray:.3g} {limits[key][1]}" for key, stray in strays.items() if abs(stray or 0.0) > limits[key][0]]
-    if off:
+    if off := [f"{stray:.3g} {limits[key][1]}" for key, stray in strays.items() if abs(stray or 0.0) > limits[key][0]]:
         causes = forces(boat).of(*"ZMYNK")
         if not planar:
             causes = ["trim (weight and buoyancy, their centres)", *causes, "thrust line", "torque"]
@@ -308,10 +306,9 @@ def _roll_terms(boat: Vehicle) -> str:
     """What makes roll grow besides the mass matrix, as words before it; empty for equations without roll."""
     if boat.equations.degrees_of_freedom == 3:
         return ""
-    damping = slopes(boat, "p").of("K")
     coupling = slopes(boat, "v").of("K")
     coupling += [t.name for t in boat.equations.terms if (t.axis, t.regressor) == ("K", "vdot")]
-    words = ("damping in roll", damping), ("the coupling of roll with sway", coupling)
+    words = ("damping in roll", slopes(boat, "p").of("K")), ("the coupling of roll with sway", coupling)
     texts = (what + (f" ({', '.join(names)})" if names else "") for what, names in words)
     return f"{', '.join(texts)} and "
 
@@ -361,9 +358,8 @@ def dive(boat: Vehicle) -> Examination:
     # The planes act against straight flight, which may itself pitch.
     straight = fly(boat, DIVE, {}, "vertical")
     assert straight is not None  # as the flight above
-    still = straight.states[0]
     ahead, theta, z = len(states) // 5, STATES.index("theta"), STATES.index("z")
-    pitch = np.degrees(states[ahead, theta] - still[ahead, theta])
+    pitch = np.degrees(states[ahead, theta] - straight.states[0, ahead, theta])
     answers = np.isfinite(pitch) and abs(pitch) > 1e-3 * plane
     found.numbers["stern_plane"] = {
         "angle_deg": plane,

@@ -84,8 +84,7 @@ def draw_actuators(
         if column.endswith("_deg") and np.any(values):
             axis.plot(times, np.degrees(values), color=colour, label=column.removesuffix("_deg").replace("_", " "))
     axis.set_ylabel("plane (deg)")
-    others = [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]
-    if others:
+    if others := [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]:
         right = axis.twinx()
         right.set_ylabel("of the largest")
         for column, values, colour in others:
