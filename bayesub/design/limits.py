@@ -154,10 +154,8 @@ class Range:
     def penalty(self, margins: list[Margin]) -> float:
         """Zero within all limits; otherwise how far beyond, flights summed as far as they are asked for."""
         beyond = np.max([np.zeros(len(self.sets)), *(np.minimum(m.excess, 10.0) for m in margins)], axis=0)
-        total = beyond[0]
-        if self.n_wanted:
-            total += np.sort(beyond[1:])[: self.n_wanted].mean()
-        return float(total)
+        of_draws = np.sort(beyond[1:])[: self.n_wanted].mean() if self.n_wanted else 0.0
+        return float(beyond[0] + of_draws)
 
     def refuse(self, straight: Manoeuvre) -> None:
         """InputError if even straight flight breaks a limit.

@@ -131,8 +131,7 @@ def half_prior(prior: Prior, standard: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def sensitivity_sentence(rows: Sequence[dict]) -> str:
     """What priors half as wide would change, from the rows of the coefficients; empty if that is nothing worth it."""
-    far = [row for row in rows if abs(row["half_prior_shift"]) >= FAR]
-    far.sort(key=lambda row: -abs(row["half_prior_shift"]))
+    far = sorted((r for r in rows if abs(r["half_prior_shift"]) >= FAR), key=lambda r: -abs(r["half_prior_shift"]))
     narrow = sum(row["half_prior_width"] <= NARROW for row in rows)
     parts = [f"the 90 % intervals of {narrow} of {len(rows)} coefficients would be narrower by a third or more"]
     parts = parts if narrow else []

@@ -140,8 +140,7 @@ def _instead(row) -> str:
 
 
 def _heavy(rows) -> str:
-    heavy = [row for row in rows if abs(row["moves"][0]["sds"]) >= WORTH]
-    if not heavy:
+    if not (heavy := [row for row in rows if abs(row["moves"][0]["sds"]) >= WORTH]):
         return ""
     texts = []
     for row in heavy[:QUOTED]:

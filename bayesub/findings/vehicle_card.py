@@ -88,12 +88,9 @@ def check(vehicle: Vehicle) -> VehicleCard:
     numbers = {section: numbers for e in examinations for section, numbers in e.numbers.items()}
     if skipped := {section: reason for e in examinations for section, reason in e.skipped.items()}:
         numbers["skipped"] = skipped
-    return VehicleCard(
-        vehicle,
-        numbers,
-        tuple(warning for e in examinations for warning in e.warnings),
-        {name: trajectory for e in examinations for name, trajectory in e.flights.items()},
-    )
+    warnings = tuple(warning for e in examinations for warning in e.warnings)
+    flights = {name: trajectory for e in examinations for name, trajectory in e.flights.items()}
+    return VehicleCard(vehicle, numbers, warnings, flights)
 
 
 def _formatted(value: float | None, form: str = "z.3g", factor: float = 1.0) -> str:

@@ -158,13 +158,12 @@ def balance(boat: Vehicle) -> Examination:
         " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2 + pushed
         for branch in (("b1", "b2", "b3"), ("b4", "b5", "b6"))
     }
-    if not any(thrusts.values()) and _thrust_terms(boat):
-        reason = "thrust and resistance are terms of the equations"
-        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
-    if not any(thrusts.values()) and any(a.weight.any() for a in boat.actuators.members):
-        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": GLIDES})
-    if not any(thrusts.values()) and any(a.force[0] for a in boat.actuators.members):
-        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": PUSHED})
+    others: dict[str, list] = {"thrust and resistance are terms of the equations": _thrust_terms(boat)}
+    others[GLIDES] = [actuator for actuator in boat.actuators.members if actuator.weight.any()]
+    others[PUSHED] = [actuator for actuator in boat.actuators.members if actuator.force[0]]
+    reasons = [reason for reason, drive in others.items() if drive]
+    if reasons and not any(thrusts.values()):
+        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reasons[0]})
     straight = forces(boat)
     drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)
     ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
@@ -243,12 +242,8 @@ def straight_flight(boat: Vehicle) -> Examination:
             f"straight flight does not hold its speed: {100 * ratio:.3g} % of it after {STRAIGHT:g} ship lengths",
             f"look at {listed(own)}" if own else "balance thrust and drag; see the line 'thrust'",
         )
-    limits = {
-        "depth_change_lengths": (STRAY_LENGTHS, "ship lengths deeper"),
-        "roll_deg": (STRAY_DEG, "deg of roll"),
-        "pitch_deg": (STRAY_DEG, "deg of pitch"),
-        "heading_deg": (STRAY_DEG, "deg of heading"),
-    }
+    limits = {f"{name}_deg": (STRAY_DEG, f"deg of {name}") for name in angles}
+    limits["depth_change_lengths"] = STRAY_LENGTHS, "ship lengths deeper"
     if off := [f"{stray:.3g} {limits[key][1]}" for key, stray in strays.items() if abs(stray or 0.0) > limits[key][0]]:
         causes = forces(boat).of(*"ZMYNK")
         if not planar:

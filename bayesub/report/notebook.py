@@ -64,9 +64,8 @@ def directions(shown: Spectrum) -> str:
     last = n - shown.n_null
     facts = f"Of {n} directions the data determine {shown.n_informed} better than the prior, leave "
     facts += f"{last - shown.n_informed} to the prior, and {shown.n_null} are null."
-    chosen = {*range(min(DIRECTIONS, last)), *range(max(0, last - DIRECTIONS), n)}
     rows = []
-    for i in sorted(chosen):
+    for i in sorted({*range(min(DIRECTIONS, last)), *range(max(0, last - DIRECTIONS), n)}):
         entries = list(shown.direction(i).items())[:ENTRIES]
         value = "0" if i >= last else f"{shown.singular_values[i]:.3g}"
         kind = "null" if i >= last else "stiff" if shown.singular_values[i] > 1.0 else "sloppy"

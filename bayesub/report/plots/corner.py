@@ -251,18 +251,10 @@ def contours(axis: Axes, points: np.ndarray) -> None:
     rho = np.mean(scaled[:, 0] * scaled[:, 1])
     factor = np.array([[1.0, 0.0], [rho, max(np.sqrt(max(1.0 - rho**2, 0.0)), 1e-6)]])
     others, extent = set(axis.collections), axis.dataLim.frozen()
-    _hist2d()(
-        *np.linalg.solve(factor, scaled.T),
-        ax=axis,
-        bins=_CELLS,
-        range=[(-_CLOUD, _CLOUD)] * 2,
-        smooth=_SMOOTHING,
-        levels=SHARES,
-        plot_datapoints=False,
-        plot_density=False,
-        no_fill_contours=True,
-        contour_kwargs={"linewidths": 0.9},
-    )
+    options: dict[str, Any] = {"bins": _CELLS, "range": [(-_CLOUD, _CLOUD)] * 2, "smooth": _SMOOTHING, "levels": SHARES}
+    options |= dict.fromkeys(("plot_datapoints", "plot_density"), False)
+    options |= {"no_fill_contours": True, "contour_kwargs": {"linewidths": 0.9}}
+    _hist2d()(*np.linalg.solve(factor, scaled.T), ax=axis, **options)
     (lines,) = (drawn for drawn in axis.collections if drawn not in others)
     lines.set_array(None)  # whose colours would be those of the lines
     lines.set(facecolor=[_PALE, style.POSTERIOR], edgecolor=style.POSTERIOR)

@@ -171,8 +171,7 @@ _KINDS: dict[str, Callable[[Path], Examined]] = {
         "logs.log_map:read_map", lambda m: f"map of logs{f' of kind {m.kind}' * bool(m.kind)} to {', '.join(m.columns)}"
     ),
     "kind": _plain(
-        "model.manoeuvre_files:read_manoeuvre",
-        lambda file: f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s",
+        "model.manoeuvre_files:read_manoeuvre", lambda m: f"manoeuvre '{m.name}' of kind {m.kind}, {m.duration_s:g} s"
     ),
     "sensors": _instruments,
     "disturbance": _plain(
