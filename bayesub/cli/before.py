@@ -171,17 +171,7 @@ def in_minutes(_context: click.Context, _option: click.Parameter, text: str | No
 @arguments.force_option
 @arguments.dask_option
 def design(
-    vehicle: str,
-    output: Path,
-    wanted: tuple[str, ...],
-    minutes: float | None,
-    budget: float | None,
-    judgements: int | None,
-    resume: bool,
-    force: bool,
-    dask: str,
-    subproblem: str | None,
-    **asked: Any,
+    vehicle: str, output: Path, resume: bool, force: bool, dask: str, subproblem: str | None, **asked: Any
 ) -> None:
     """Design a trial of a VEHICLE (built-in name or TOML): the manoeuvre that determines most, within limits.
 
@@ -194,8 +184,9 @@ def design(
     from bayesub.study.run.run import RunInterrupted, executor_of
 
     arguments.refuse_several({"--resume": resume, "--force": force}, "--force")
-    arguments.refuse_several({"--minutes": minutes, "--budget": budget, "--judgements": judgements})
-    asked |= {"wanted": wanted or (DEFAULT,), "minutes": budget or minutes or MINUTES, "judgements": judgements}
+    arguments.refuse_several({f"--{option}": asked[option] for option in ("minutes", "budget", "judgements")})
+    minutes = asked.pop("budget") or asked["minutes"] or MINUTES
+    asked |= {"wanted": asked["wanted"] or (DEFAULT,), "minutes": minutes}
     request = Request(vehicle, **asked, **plane(subproblem))
     try:
         with executor_of(dask) as executor, Bars() as bars:

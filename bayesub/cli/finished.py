@@ -90,15 +90,7 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
 @click.option("--autopilot", type=PATH, metavar="FILE", help="Steers every draw by its own motion.")
 @arguments.of_predictions
 def predict(
-    run: Path,
-    manoeuvre: str,
-    output: Path,
-    subproblem: str | None,
-    current_north_mps: float | None,
-    current_east_mps: float | None,
-    pdf: bool,
-    force: bool,
-    **asked: Any,
+    run: Path, manoeuvre: str, output: Path, subproblem: str | None, pdf: bool, force: bool, **asked: Any
 ) -> None:
     """Predict a manoeuvre that the run in the folder RUN has not seen, with bands of every state.
 
@@ -115,8 +107,9 @@ def predict(
     from bayesub.findings.verdicts import STATUS, in_words
     from bayesub.study.after.predict import PAGE, Request, predict_by_run
 
-    if (current_north_mps, current_east_mps) != (None, None):
-        asked["current_mps"] = (current_north_mps or 0.0, current_east_mps or 0.0)
+    current = tuple(asked.pop(f"current_{side}_mps") for side in ("north", "east"))
+    if current != (None, None):
+        asked["current_mps"] = tuple(component or 0.0 for component in current)
     request = Request(run, manoeuvre, **asked, **plane(subproblem))
     with Bars() as bars:
         numbers = predict_by_run(request, output, force=force, pdf=pdf, progress=bars)

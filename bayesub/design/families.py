@@ -118,11 +118,7 @@ class Family:
     @property
     def n_dims(self) -> int:
         """How many numbers make a manoeuvre."""
-        return self._kind[0](self) * len(self.controls)
-
-    @property
-    def _kind(self):
-        return KINDS[self.kind]
+        return KINDS[self.kind][0](self) * len(self.controls)
 
     @cached_property
     def times(self) -> np.ndarray:
@@ -135,7 +131,7 @@ class Family:
 
     def manoeuvre(self, numbers: np.ndarray, name: str = "design") -> Manoeuvre:
         """The manoeuvre of numbers (n_dims,); the controls follow as fast as they can."""
-        shapes = self._kind[1](self, np.clip(numbers, -1.0, 1.0).reshape(len(self.controls), -1))
+        shapes = KINDS[self.kind][1](self, np.clip(numbers, -1.0, 1.0).reshape(len(self.controls), -1))
         orders = {c.column: c.followed(shape, self.times) for c, shape in zip(self.controls, shapes, strict=True)}
         return self._of(orders, name)
 
@@ -155,25 +151,19 @@ class Family:
         return self._of({}, "straight")
 
     def _of(self, histories, name):
-        vehicle = self.vehicle
-        inputs = np.tile(vehicle.actuators.rest, (len(self.times), 1))
-        rpm = histories.get(RPM, np.full(len(self.times), _rpm(vehicle, self.limits)[1]))
-        for k, member in enumerate(vehicle.actuators.members):
+        boat = self.vehicle
+        inputs = np.tile(boat.actuators.rest, (len(self.times), 1))
+        rpm = histories.get(RPM, np.full(len(self.times), _rpm(boat, self.limits)[1]))
+        for k, member in enumerate(boat.actuators.members):
             if member.column in histories:
                 inputs[:, k] = histories[member.column]
-        return of_inputs(
-            name, self.times, inputs, rpm, straight_and_level(vehicle), vehicle, subproblem=self.subproblem
-        )
+        return of_inputs(name, self.times, inputs, rpm, straight_and_level(boat), boat, subproblem=self.subproblem)
 
 
 def _n_orders(family: Family) -> int:
     """Steps of each control: what the helmsman can follow, at most as many as knots."""
     an_hour = family.limits.orders_an_hour
     return family.n_knots if an_hour is None else max(1, min(family.n_knots, int(an_hour * family.duration / 3600.0)))
-
-
-def _steps(family: Family, numbers):
-    return numbers[:, _held(family, numbers.shape[1])]
 
 
 def _held(family: Family, n: int) -> np.ndarray:
@@ -210,7 +200,7 @@ def _standard(family: Family, numbers):
 
 
 KINDS: dict[str, tuple[Callable, Callable]] = {  # numbers of each control, and shapes (n_controls, n_samples) of them
-    "steps": (_n_orders, _steps),
+    "steps": (_n_orders, lambda family, numbers: numbers[:, _held(family, numbers.shape[1])]),
     "curves": (lambda family: family.n_knots, _curves),
     "multisines": (lambda family: 2 * family.n_knots, _multisines),
     "standard": (lambda _family: 4, _standard),

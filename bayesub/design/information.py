@@ -74,10 +74,9 @@ class Information:
     @property
     def d_optimality(self) -> float:
         """Mean logarithm of the posterior over the prior sd along the principal directions."""
-        determinants = [
-            2.0 * np.log(np.diag(factor)).sum() for factor in (linalg.cholesky(self.precision), self._factor)
-        ]
-        return 0.5 * (determinants[0] - determinants[1]) / len(self.names)
+        factors = linalg.cholesky(self.precision), self._factor
+        before, after = (2.0 * np.log(np.diag(factor)).sum() for factor in factors)  # logarithms of determinants
+        return 0.5 * (before - after) / len(self.names)
 
     @property
     def a_optimality(self) -> float:
@@ -124,8 +123,7 @@ class Known:
     def __call__(self, information: Information) -> float:
         """Minus the sum of 1 / (1 + (sd / share)^4)."""
         with np.errstate(over="ignore"):
-            ratio = information.relative_sd / self.share
-            return -float(np.sum(1.0 / (1.0 + ratio**SHARPNESS)))
+            return -float(np.sum(1.0 / (1.0 + (information.relative_sd / self.share) ** SHARPNESS)))
 
 
 def d_optimality(information: Information) -> float:

@@ -211,8 +211,7 @@ class _Fit(NamedTuple):
 
     def least(self, readings: np.ndarray | slice) -> float:
         """The least sum of squares of residuals and coordinates, if some readings are all there is; one step away."""
-        n = len(self.standard)
-        rows = np.vstack([self.jacobian[readings], np.eye(n)])
+        rows = np.vstack([self.jacobian[readings], np.eye(len(self.standard))])
         ends = np.concatenate([self.residuals[readings], self.standard])
         return float(np.sum((ends - rows @ linalg.lstsq(rows, ends)[0]) ** 2))
 
@@ -238,8 +237,7 @@ def _fits(judge: Judge, manoeuvre: Manoeuvre, step_s: float, xi: np.ndarray, ali
             return None
         standard = fitted.prior.standard(values)
         jacobian = fitted.prior.chain(fitted.jacobian(values), standard)
-        residuals = fitted.residuals(values[None])[0]
-        fits.append(_Fit(residuals[: len(readings)], jacobian[: len(readings)], standard))
+        fits.append(_Fit(fitted.residuals(values[None])[0][: len(readings)], jacobian[: len(readings)], standard))
     return fits
 
 

@@ -75,10 +75,10 @@ def load_limits(path: str | Path) -> Limits:
 
 def usual_limits(vehicle: Vehicle) -> Limits:
     """The default limits of a boat: depth within 0.9 lengths, pitch under 30 and roll under 45 degrees."""
-    if vehicle.equations.degrees_of_freedom < 6:
-        return Limits.model_validate({"min_speed_mps": 0.1 * vehicle.speed_mps})
-    limits = {"depth_change_m": 0.9 * vehicle.length_m, "pitch_deg": 30.0, "roll_deg": 45.0}
-    return Limits.model_validate(limits | {"min_speed_mps": 0.1 * vehicle.speed_mps})
+    limits = {"min_speed_mps": 0.1 * vehicle.speed_mps}
+    if vehicle.equations.degrees_of_freedom == 6:
+        limits |= {"depth_change_m": 0.9 * vehicle.length_m, "pitch_deg": 30.0, "roll_deg": 45.0}
+    return Limits.model_validate(limits)
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,7 @@ class Margin:
     @property
     def excess(self) -> np.ndarray:
         """(n_flights,) how far each flight is beyond the limit, as a share of its size; negative within."""
-        size = max(abs(self.limit), 1e-9)
-        return (self.reached - self.limit) / size * (1.0 if self.is_upper else -1.0)
+        return (self.reached - self.limit) / max(abs(self.limit), 1e-9) * (1.0 if self.is_upper else -1.0)
 
     @property
     def share_within(self) -> float:
@@ -132,9 +131,7 @@ class Range:
     def margins(self, manoeuvre: Manoeuvre) -> list[Margin]:
         """The margin to each limit; that of a flight that failed is infinitely beyond."""
         _, states, whole = self.flown(manoeuvre)
-        x, y, z, phi, theta, u = np.moveaxis(
-            states[..., log_files.positions("x", "y", "z", "phi", "theta", "u")], -1, 0
-        )
+        x, y, z, phi, theta, u = np.moveaxis(states, -1, 0)[log_files.positions("x", "y", "z", "phi", "theta", "u")]
         half = 0.5 * self.vehicle.length_m * np.abs(np.sin(theta))
         extremes = {
             "depth_change_m": (lambda: np.abs(z - z[:, :1]).max(1), True),
@@ -157,10 +154,8 @@ class Range:
     def penalty(self, margins: list[Margin]) -> float:
         """Zero within all limits; otherwise how far beyond, flights summed as far as they are asked for."""
         beyond = np.max([np.zeros(len(self.sets)), *(np.minimum(m.excess, 10.0) for m in margins)], axis=0)
-        total = beyond[0]
-        if self.n_wanted:
-            total += np.sort(beyond[1:])[: self.n_wanted].mean()
-        return float(total)
+        of_draws = np.sort(beyond[1:])[: self.n_wanted].mean() if self.n_wanted else 0.0
+        return float(beyond[0] + of_draws)
 
     def refuse(self, straight: Manoeuvre) -> None:
         """InputError if even straight flight breaks a limit.

@@ -59,12 +59,9 @@ def families(
 ) -> dict[str, Family]:
     """Kind -> family of the manoeuvres of a vehicle within limits, as :func:`kinds`."""
     actuators = vehicle.actuators
-    acting = {
-        actuators.members[i].column
-        for name, (i, _) in actuators.parameters.items()
-        if actuators.moves(name, subproblem)
-    }
-    moved = tuple(control for control in controls(vehicle, limits) if control.column in (RPM, *acting))
+    acting = [i for name, (i, _) in actuators.parameters.items() if actuators.moves(name, subproblem)]
+    columns = {RPM, *(actuators.members[i].column for i in acting)}
+    moved = tuple(control for control in controls(vehicle, limits) if control.column in columns)
     if not moved:
         text = f"{vehicle.name}: has no control that may move; give limits of one (bayesub new limits)"
         raise InputError(text, "missing", "limits")
@@ -134,9 +131,7 @@ class Plan:
 
     def family(self, kind: str) -> Family:
         """The family of a kind, or the refined curves."""
-        if kind == REFINED:
-            return replace(self.families["curves"], n_knots=_KNOTS)
-        return self.families[kind]
+        return replace(self.families["curves"], n_knots=_KNOTS) if kind == REFINED else self.families[kind]
 
     def cost(self, kind: str) -> Cost:
         """The cost of a set of manoeuvres of a family."""

@@ -71,8 +71,7 @@ class Prescription:
 
     def with_ways(self, ways: dict[str, Information]) -> "Prescription":
         """The same with some ways more."""
-        every = self.ways | ways
-        return replace(self, ways={way: every[way] for way in sorted(every, key=lambda way: self.goal(every[way]))})
+        return replace(self, ways=dict(sorted((self.ways | ways).items(), key=lambda way: self.goal(way[1]))))
 
     def to_json(self) -> dict:
         """As JSON types, by what is asked for."""
@@ -93,12 +92,10 @@ def prescribe(judge: Judge, manoeuvre: Manoeuvre, wanted: Sequence[str] = ()) ->
     seen = np.argsort(-np.diag(again.gram) * np.diag(empty.covariance))[:N_ASKED]
     asked = asked or [asked_by_name(judge.names[k], judge) for k in seen]
     instruments = further_sensors(judge, manoeuvre, further_instruments(judge))
-    tank = {
-        f"{name} from a tank, to {100 * TANK_SD:g} %": replace(
-            empty, gram=empty.with_known([k], TANK_SD).precision - empty.precision
-        )
-        for k, name in enumerate(judge.names)
-    }
+    tank = {}
+    for k, name in enumerate(judge.names):
+        gained = empty.with_known([k], TANK_SD).precision - empty.precision
+        tank[f"{name} from a tank, to {100 * TANK_SD:g} %"] = replace(empty, gram=gained)
     found = Prescription(judge, manoeuvre, tuple(asked), {AGAIN: again})
     for ways in ({f"the same with {name}": known for name, known in instruments.items()}, tank):
         if ways:

@@ -192,13 +192,11 @@ def sizes_and_signs(boat: Vehicle) -> Examination:
         )
     kinds = negative(equations)
     for what, names in kinds.items():
-        wrong = [name for name in names if values[name] > 0.0]
-        if wrong:
+        if wrong := [name for name in names if values[name] > 0.0]:
             found.warn(
                 f"{what} has the wrong sign: {', '.join(wrong)} positive", "it takes energy from the boat: negative"
             )
-    needed = [name for name in kinds["added mass"] if not values[name]]
-    if needed:
+    if needed := [name for name in kinds["added mass"] if not values[name]]:
         found.warn(f"no added mass: {', '.join(needed)} zero", "estimate it: bayesub new vehicle NAME --geometry HULL")
     found.numbers["zero_coefficients"] = zeros
     found.numbers["outside_typical_range"] = [equations.names[k] for k in outside]

@@ -64,11 +64,10 @@ class ComparedRun:
     def numbers(self, k: int) -> dict:
         """Of one parameter, as JSON types."""
         posterior, quantiles = self.posterior, self.quantiles[:, k].tolist()
-        words = [f"q{100 * p:g}" for p in QUANTILES]
         moments = ("mean", "sd", "prior_mean", "prior_sd", "contraction")
         numbers: dict[str, float | None] = {name: float(getattr(posterior, name)[k]) for name in moments}
         numbers |= {"conditional_sd": self.conditional_sd.get(posterior.names[k])}
-        return numbers | dict(zip(words, quantiles, strict=True))
+        return numbers | {f"q{100 * p:g}": value for p, value in zip(QUANTILES, quantiles, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -143,10 +142,9 @@ class Comparison:
             return pair | {"hellinger": None, "by_chance": None, "furthest": "", "wasserstein": {}}
         one, other = (self._of(run, names, run.posterior.draws) for run in (first, second))
         distances = dict(zip(names, wasserstein(one, other).tolist(), strict=True))
-        furthest = max(distances, key=lambda name: distances[name])
         floors = (halves(self._of(run, names, run.posterior.chain)) for run in (first, second))
         pair |= {"hellinger": hellinger(one, other), "by_chance": max(filter(np.isfinite, floors), default=None)}
-        return pair | {"furthest": furthest, "wasserstein": distances}
+        return pair | {"furthest": max(distances, key=distances.__getitem__), "wasserstein": distances}
 
     def _sentences(self, numbers: dict) -> dict[str, str]:
         """What is to be said, by topic."""

@@ -29,8 +29,7 @@ def numbers(problem: AnyProblem, posterior: Posterior) -> dict:
     """
     prior, names = problem.prior_of_others, posterior.names
     conflict = find_conflict(prior, posterior.draws, names)
-    known = posterior.known_before(prior)
-    edges = np.sort([known.quantiles(p) for p in _EDGES], axis=0)
+    edges = np.sort([posterior.known_before(prior).quantiles(p) for p in _EDGES], axis=0)
     after = posterior.quantiles(_EDGES)
     named = [
         {"name": name, "sds": abs(sds), "prior": edges[:, k].tolist(), "posterior": after[:, k].tolist()}
@@ -52,12 +51,8 @@ def _scales(prior, names, draws):
     elif isinstance(prior, SharedScale) and len(prior.scales) > 1:
         below = np.cumsum(prior.scales_of(draws))
         low, middle, high = (float(prior.scales[np.searchsorted(below, p)]) for p in (_EDGES[0], 0.5, _EDGES[1]))
-        yield {
-            "names": list(names),
-            "prior": [float(prior.scales.min()), float(prior.scales.max())],
-            "median": middle,
-            "interval": [low, high],
-        }
+        ends = [float(prior.scales.min()), float(prior.scales.max())]
+        yield {"names": list(names), "prior": ends, "median": middle, "interval": [low, high]}
 
 
 def sentences(numbers: dict) -> dict[str, str]:
@@ -103,8 +98,7 @@ def power_scaling(problem: AnyProblem, posterior: Posterior, n_effective: np.nda
     values = {name: sensitivity(others, part) for name, part in parts.items()}
     n_effective = np.minimum(n_effective, len(some))
     limits = {name: np.maximum(SENSITIVE, 2.0 * sensitivity_noise(part, n_effective)) for name, part in parts.items()}
-    large = {name: values[name] > limits[name] for name in parts}
-    by_prior, by_data = large[PRIOR], large[LIKELIHOOD]
+    by_prior, by_data = (values[name] > limits[name] for name in (PRIOR, LIKELIHOOD))
     words = np.select([by_prior & by_data, by_prior, by_data], [BOTH, PRIOR, LIKELIHOOD], "")
     shift, width = half_prior(prior, standard)
     result = {f"{name}_sensitivity": value for name, value in values.items()} | {"hangs_on": words}
@@ -137,8 +131,7 @@ def half_prior(prior: Prior, standard: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 def sensitivity_sentence(rows: Sequence[dict]) -> str:
     """What priors half as wide would change, from the rows of the coefficients; empty if that is nothing worth it."""
-    far = [row for row in rows if abs(row["half_prior_shift"]) >= FAR]
-    far.sort(key=lambda row: -abs(row["half_prior_shift"]))
+    far = sorted((r for r in rows if abs(r["half_prior_shift"]) >= FAR), key=lambda r: -abs(r["half_prior_shift"]))
     narrow = sum(row["half_prior_width"] <= NARROW for row in rows)
     parts = [f"the 90 % intervals of {narrow} of {len(rows)} coefficients would be narrower by a third or more"]
     parts = parts if narrow else []

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -35,16 +36,14 @@ class Derived:
     @cached_property
     def absent(self) -> dict[str, str]:
         """Quantity that the boat does not have -> why."""
-        vehicle = self.reference.vehicle
-        reasons = {q.name: q.reason(vehicle) or self.planes[q.subproblem] for q in self.quantities}
+        reasons = {q.name: q.reason(self.reference.vehicle) or self.planes[q.subproblem] for q in self.quantities}
         return {name: reason for name, reason in reasons.items() if reason}
 
     @cached_property
     def values(self) -> dict[str, dict[str, np.ndarray]]:
         """Quantity -> values (n,) of the reference, the prior and the posterior, of those that are not absent."""
-        boats = {"reference": self.reference, "prior": self.prior, "posterior": self.posterior}
         present = [quantity for quantity in self.quantities if quantity.name not in self.absent]
-        return {quantity.name: {name: quantity.of(some) for name, some in boats.items()} for quantity in present}
+        return {quantity.name: {name: quantity.of(boats) for name, boats in self._boats} for quantity in present}
 
     @cached_property
     def spiral(self) -> tuple[np.ndarray, dict[str, np.ndarray]] | None:
@@ -145,8 +144,8 @@ def numbers(derived: Derived) -> dict:
     }
     if derived.spiral is not None:
         rates, rudder = derived.spiral
-        found["spiral"] = {"rate_degps": _short(np.degrees(rates))} | {
-            name: {key: _short(_quantile(np.degrees(some), q)) for key, q in QUANTILES.items() if key in _BAND}
+        found["spiral"] = {"rate_degps": significant(np.degrees(rates))} | {
+            name: {key: significant(_quantile(np.degrees(some), q)) for key, q in QUANTILES.items() if key in _BAND}
             for name, some in rudder.items()
             if name != "reference"
         }
@@ -178,9 +177,11 @@ def _quantile(values, probability) -> np.ndarray:
     return quantiles
 
 
-def _short(values) -> list[float | None]:
-    """Five significant digits of values (m,), None for what is not finite."""
-    return [float(f"{value:.5g}") if np.isfinite(value) else None for value in values]
+def significant(values: Any, digits: int = 5) -> Any:
+    """Values (..) as nested lists of numbers of so many significant digits; None for what is not finite."""
+    if np.ndim(values):
+        return [significant(value, digits) for value in values]
+    return float(f"{values:.{digits}g}") if np.isfinite(values) else None
 
 
 def in_words(low: float, high: float) -> tuple[str, str]:

@@ -63,8 +63,7 @@ class DesignedTrial:
         return self._of(replace(self.judge, draws=self.plan.range.sets[1 : N_DRAWS + 1]))
 
     def _of(self, judge):
-        by_trial = [judge.information(manoeuvre) for manoeuvre in self.manoeuvres]
-        return [_total(parts) for parts in zip(*by_trial, strict=True)]
+        return [_total(parts) for parts in zip(*map(judge.information, self.manoeuvres), strict=True)]
 
     @cached_property
     def standard(self) -> Manoeuvre | None:
@@ -238,11 +237,10 @@ def _orders(design: DesignedTrial) -> list[dict]:
 
 def criteria(information: Information, null: NullSpace | None) -> dict:
     """Counts and criteria of an information."""
-    counts = {f"known_to_{100 * share:g}_percent": information.n_known(share) for share in SHARES}
     optimality = {"D": information.d_optimality, "A": information.a_optimality, "n_sharper": information.n_sharper}
     if null is not None:
         optimality |= {"E": information.e_optimality(len(null)), "n_null": len(null)}
-    return counts | optimality
+    return {f"known_to_{100 * share:g}_percent": information.n_known(share) for share in SHARES} | optimality
 
 
 def _coefficients(design) -> list[dict]:

@@ -195,10 +195,8 @@ def sentences(numbers: dict) -> dict[str, str]:
         return {}
     terms = " ".join(_followed_sentence(one) for one in numbers["followed"])
     if numbers["regressors_tried"] and not terms:
-        terms = (
-            f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
-            f"{100 * numbers['false_alarms']:g} % false alarms in all)."
-        )
+        terms = f"No history follows a regressor of the equations ({numbers['regressors_tried']} tried, "
+        terms += f"{100 * numbers['false_alarms']:g} % false alarms in all)."
     values = {"numbers": numbers, "motions": MOTIONS, "unseen": UNSEEN, "unit": unit, "suffix": _suffix}
     text = templates.fill("bayesub.findings", "disturbance.txt", **values)
     return {"disturbance": " ".join(text.split()), "missing_terms": terms}
@@ -217,6 +215,5 @@ def _followed_sentence(one) -> str:
     text += f"as if {first['name']} were off by {first['change']:.2g} ± {first['change_sd']:.1g}{unit_text} ({size}). "
     if first["free"]:
         return f"{text}{first['name']} is free, so that its prior is too narrow or a term like it is wrong."
-    held = f"{first['held_at']:.3g}"
     share = f", {abs(100 * first['change'] / first['held_at']):.2g} % of it" if first["held_at"] else ""
-    return f"{text}It is held at {held}{share}: a missing or wrongly held term."
+    return f"{text}It is held at {first['held_at']:.3g}{share}: a missing or wrongly held term."

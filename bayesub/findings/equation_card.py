@@ -27,8 +27,7 @@ class EquationCard:
         controls = ", ".join(f"{control.symbol} {control.column}" for control in equations.controls)
         texts["controls"] = controls or "none"
         texts["added masses"] = " ".join(equations.added_masses) or "none"
-        units = ", ".join(f"{name} {unit}" for name, unit in self._units.items())
-        texts["dimensional"] = units or "none"
+        texts["dimensional"] = ", ".join(f"{name} {unit}" for name, unit in self._units.items()) or "none"
         texts["rigid body"] = _RIGID_BODY[equations.rigid_body_terms]
         if any(term.speed_power for term in equations.terms):
             texts["speed"] = _SPEEDS[equations.speed]
@@ -61,7 +60,4 @@ def glossary(equations: EquationSet, names: Sequence[str] | None = None) -> list
     """What coefficients are, all of a set unless some are named: symbol, what each multiplies, and its meaning."""
     terms = equations.terms if names is None else map(equations.term, names)
     keys = ("name", "label", "factor", "regressor", "meaning")
-    return [
-        dict(zip(keys, (term.name, term.label, term.scale, term.regressor, term.meaning), strict=True))
-        for term in terms
-    ]
+    return [dict(zip(keys, (t.name, t.label, t.scale, t.regressor, t.meaning), strict=True)) for t in terms]

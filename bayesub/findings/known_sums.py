@@ -114,8 +114,7 @@ def known_quotients(
 
 def sentence(rows: Sequence[dict]) -> str:
     """The best known sums and quotients in words; empty if there are none but single coefficients."""
-    several = [row for row in rows if len(row["weights"]) != 1]
-    if not several:
+    if not (several := [row for row in rows if len(row["weights"]) != 1]):
         return ""
     best = "; ".join(f"{row['formula']} to {100.0 * row['relative_sd']:.1g} %" for row in several[:3])
     what = f"{len(several)} weighted sums and quotients are known to {100 * KNOWN:g} % or better"

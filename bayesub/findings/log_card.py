@@ -53,10 +53,7 @@ def _together(log, vehicle) -> dict[str, tuple[np.ndarray, tuple[str, ...]]]:
     angles = {name: angles[name] for name in actuators.shorts if name in angles and np.isfinite(angles[name]).any()}
     if not angles:
         return {}
-    whole = {
-        name: np.interp(times, times[np.isfinite(column)], column[np.isfinite(column)])
-        for name, column in angles.items()
-    }
+    whole = {name: np.interp(times, times[read := np.isfinite(angle)], angle[read]) for name, angle in angles.items()}
     mixed = actuators.mixed(values_of_log(actuators, whole, len(times), "the log"))
     result = {}
     for k, control in enumerate(vehicle.equations.controls):

@@ -93,8 +93,7 @@ def motion_table(motions: Mapping[str, PredictedMotion], states: tuple[str, ...]
 
     The columns are named as ``x_m_posterior_q5``; the first is ``time_s``.
     """
-    first = next(iter(motions.values()))
-    columns = {"time_s": first.times}
+    columns = {"time_s": next(iter(motions.values())).times}
     for name in states:
         k, factor = STATES.index(name), 1.0 / si_factor(name)
         for by, motion in motions.items():
@@ -192,10 +191,8 @@ class PredictedTrial:
                 scores = flown.pop(POSTERIOR).crps
                 log["crps_over"] = {by: unseen.mean_ratio(scores, one.crps) for by, one in flown.items()}
             result["predictions"] = [log]
-        wrong = {
-            NOT_FLOWN: not motion["is_flown"],
-            DOES_NOT_PREDICT: not all(log["predicts"] for log in result["predictions"]),
-        }
+        predicts = all(log["predicts"] for log in result["predictions"])
+        wrong = {NOT_FLOWN: not motion["is_flown"], DOES_NOT_PREDICT: not predicts}
         result["outcome"] = worst([self.verdict, *(words for words, is_wrong in wrong.items() if is_wrong)])
         result["sentences"] = self._sentences(result)
         return result
@@ -205,10 +202,9 @@ class PredictedTrial:
         sentences = {"motion": _of_motion(numbers["motion"], self.name)}
         if self.held:
             listed = ", ".join(self.held[:MANY]) + (" .." if len(self.held) > MANY else "")
-            sentences["held"] = (
-                f"{len(self.held)} coefficients that act on this motion are not inferred by the run and stand at the "
-                f"values of the vehicle file, as if they were known: {listed}. The bands leave out their uncertainty."
-            )
+            text = f"{len(self.held)} coefficients that act on this motion are not inferred by the run and stand at "
+            text += f"the values of the vehicle file, as if they were known: {listed}."
+            sentences["held"] = f"{text} The bands leave out their uncertainty."
         for log in numbers["predictions"]:
             ratio = log.get("crps_over", {}).get(SQP)
             also = "" if ratio is None else f" Its score is {cell(ratio, 2)} of SQP's."
@@ -234,17 +230,13 @@ def _of_motion(motion: dict, name: str) -> str:
     def other(values, key, unit):
         return f" (prior: {cell(values[PRIOR][key], 2)}{unit})" if PRIOR in values else ""
 
-    text = (
-        f"After {motion['last_s']:.4g} s the boat is within {cell(distance[POSTERIOR]['at_end'], 2)} m of where it is "
-        f"expected with 90 % probability{other(distance, 'at_end', ' m')}"
-    )
+    text = f"After {motion['last_s']:.4g} s the boat is within {cell(distance[POSTERIOR]['at_end'], 2)} m of where "
+    text += f"it is expected with 90 % probability{other(distance, 'at_end', ' m')}"
     for column, word in ((HEADERS["psi"], "heading"), (HEADERS["theta"], "pitch")):
         if column in states:
             half = states[column]
-            text += (
-                f", its {word} known to within {cell(half[POSTERIOR]['half_width_at_end'], 2)} deg"
-                f"{other(half, 'half_width_at_end', ' deg')}"
-            )
+            text += f", its {word} known to within {cell(half[POSTERIOR]['half_width_at_end'], 2)} deg"
+            text += other(half, "half_width_at_end", " deg")
     if SQP in next(iter(states.values())):
         off = max(states[HEADERS[name]][SQP]["off"] for name in "xyz" if HEADERS[name] in states)
         text += f"; SQP is off the median by up to {cell(off, 2)} m"

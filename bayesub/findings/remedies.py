@@ -61,10 +61,9 @@ def advise(criticism: Criticism, problem: AnyProblem, explained: Sequence[Discre
     conclusion = "The noise is smaller than its model says, and the intervals are too wide"
     if suspects.keys() != {"small"}:
         conclusion = "The model does not fit, so that the intervals are too narrow"
+    details = []
     if explained and "correlated" in suspects:
         details = [f"{_neighbours(suspects.pop('correlated'))}. {look_like(explained)}"]
-    else:
-        details = []
     details += [describe(suspects[fault], problem) for fault, describe in _SENTENCES.items() if fault in suspects]
     return f"{conclusion} ({chance}). {' '.join(details)}"
 
@@ -79,8 +78,7 @@ def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
         manoeuvre, trials = trial.manoeuvre, f"[{trial_name}]" if trial_name else ""
         ordered = {manoeuvre.logged(name) for name in manoeuvre.commanded}
         for name, history in manoeuvre.log.items() if trial.record.truth is None else ():
-            moves = np.abs(np.diff(history))
-            steps = (moves > _STEP * np.ptp(history)) & (name not in ordered)
+            steps = (np.abs(np.diff(history)) > _STEP * np.ptp(history)) & (name not in ordered)
             begin, end = manoeuvre.times[:-1][steps], manoeuvre.times[1:][steps]
             for channel in trial.record.channels if len(begin) >= _STEPS else ():
                 sizes = np.abs(residuals.get(f"{channel.name}{trials}", np.zeros((1, len(channel.times))))).mean(axis=0)
@@ -94,11 +92,10 @@ def on_steps(problem: AnyProblem, residuals: Mapping[str, np.ndarray]) -> str:
                 if most < max(OUTLIER, best * usual):
                     continue
                 best, column = most / usual, log_files.HEADERS.get(name, name)
+                command = f"the command ({command_column(column)}), or " if "_" in column else ""
                 words = f"residuals of {channel.name}{trials} reach {most:.2g} after steps of {column} from one row to "
-                words += f"the next, and {usual:.2g} elsewhere. A straight line joins the rows: log "
-                words += (
-                    f"{f'the command ({command_column(column)}), or ' if '_' in column else ''}the control more often."
-                )
+                words += f"the next, and {usual:.2g} elsewhere. A straight line joins the rows: log {command}the "
+                words += "control more often."
     return words
 
 
@@ -117,19 +114,17 @@ def _correlated(checks, problem):
         remedies.append(f"a bias ({_nuisance(biases)})")
     remedies.append("a coefficient held at a wrong value")
     white = [name for name in checks if not isinstance(problem.channels[name][1], likelihoods.AR1)]
-    slow = (
-        f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)" if white else ""
-    )
-    return f"{_neighbours(checks)}: something slow is missing, such as {', '.join(remedies)}{slow}."
+    text = f"{_neighbours(checks)}: something slow is missing, such as {', '.join(remedies)}"
+    slow = f"; or the noise itself is slow ({_noise('ar1', white, problem)}, with a correlation_time_s)"
+    return f"{text}{slow if white else ''}."
 
 
 def _outliers(checks, problem):
     expected = {name: expected_outliers(check.n_readings) for name, check in checks.items()}
     counts = {name: f"{check.n_outliers:.0f} ({expected[name]:.1f} expected)" for name, check in checks.items()}
     normal = [name for name in checks if not isinstance(problem.channels[name][1], likelihoods.StudentT)]
-    remedy = (
-        f"{_noise('student_t', normal, problem)}, with dof = 4" if normal else f"a lower dof of {', '.join(checks)}"
-    )
+    heavier = f"{_noise('student_t', normal, problem)}, with dof = 4"
+    remedy = heavier if normal else f"a lower dof of {', '.join(checks)}"
     return f"Outliers beyond {OUTLIER:g} sd: {_listed(counts)}; give {remedy}."
 
 
@@ -185,10 +180,8 @@ def look_like(explanations: Sequence[Discrepancy]) -> str:
     second = others[0]
     lead = best.gain - second.gain
     if lead < max(_CLOSE, _SHARE * best.gain):
-        return (
-            f"They look as if {_words(best)}, or nearly as well ({lead:.0f} nats less) as if {_words(second)}; {_ADD} "
-            "infer the first."
-        )
+        text = f"They look as if {_words(best)}, or nearly as well ({lead:.0f} nats less) as if {_words(second)}"
+        return f"{text}; {_ADD} infer the first."
     return f"They look as if {_words(best)} ({lead:.0f} nats better than {_NAMES[second.kind]}); {_ADD} infer it."
 
 
@@ -247,8 +240,7 @@ def fit_of_mode(problem: AnyProblem, mode: np.ndarray, rng: np.random.Generator)
     `mode` has n_params values; `rng` says where in its rounding interval a reading was.
     """
     residuals = problem.quantile_residuals(mode[None], rng)
-    channels = problem.channels
-    criticism = criticise(residuals, {name: channels[name][0].times for name in residuals})
+    criticism = criticise(residuals, {name: problem.channels[name][0].times for name in residuals})
     if not criticism.checks:
         return ModeFit()
     channel, worst = max(criticism.checks.items(), key=lambda item: item[1].spread)

@@ -140,8 +140,7 @@ def _instead(row) -> str:
 
 
 def _heavy(rows) -> str:
-    heavy = [row for row in rows if abs(row["moves"][0]["sds"]) >= WORTH]
-    if not heavy:
+    if not (heavy := [row for row in rows if abs(row["moves"][0]["sds"]) >= WORTH]):
         return ""
     texts = []
     for row in heavy[:QUOTED]:
@@ -150,10 +149,8 @@ def _heavy(rows) -> str:
         change = f"{100.0 * abs(move['relative']):.2g} % ({abs(move['sds']):.2g} standard deviations{known})"
         texts.append(f"{_amount(row['name'], row['size'])} in {row['name']} changes {move['name']} by {change}")
     more = f", and {len(heavy) - QUOTED} more" if len(heavy) > QUOTED else ""
-    return (
-        "The answer depends on scales, zeros and clocks that are held. An error of "
-        f"{', '.join(texts)}{more}. If one may be that far off, give {_remedy(heavy[0])}."
-    )
+    text = f"The answer depends on scales, zeros and clocks that are held. An error of {', '.join(texts)}{more}."
+    return f"{text} If one may be that far off, give {_remedy(heavy[0])}."
 
 
 def _remedy(row) -> str:

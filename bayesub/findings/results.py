@@ -186,9 +186,8 @@ def numbers_of(results: Results) -> dict:
     numbers["derived"] = derived.numbers(results.derived)
     trials = [trial for _, trial, _ in results.problem.each_trial(results.posterior.best)]
     n_logs = sum(trial.record.truth is None for trial in trials)
-    numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials)) | {
-        "fit": remedies.advise(results.criticism, results.problem, reasons)
-    }
+    numbers["verdict"] = unseen.sentence(numbers["predictions"], n_logs, len(trials))
+    numbers["verdict"]["fit"] = remedies.advise(results.criticism, results.problem, reasons)
     if not results.criticism.fits and (steps := remedies.on_steps(results.problem, results.residuals)):
         numbers["verdict"]["steps"] = steps
     if reasons:
@@ -263,11 +262,9 @@ def glance(numbers: Mapping[str, Any]) -> dict[str, Any]:
 def _marks(numbers: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Whether the sampling, the fit, the prediction, the prior, the log and the cross-check are good, a row each."""
     verdict, sampling = numbers["verdict"], numbers["convergence"]
-    reasons = "; ".join(sampling["shortcomings"])
-    numbers_of_it = (
-        f"R-hat {sampling['max_rhat']:.4f}, ESS {min(sampling['min_bulk_ess'], sampling['min_tail_ess']):.0f}"
-    )
-    yield _mark("sampling", sampling["converged"], "converged", "not converged", reasons or numbers_of_it)
+    ess = min(sampling["min_bulk_ess"], sampling["min_tail_ess"])
+    text = "; ".join(sampling["shortcomings"]) or f"R-hat {sampling['max_rhat']:.4f}, ESS {ess:.0f}"
+    yield _mark("sampling", sampling["converged"], "converged", "not converged", text)
     yield _mark("fit", numbers["criticism"]["fits"], "fits", "does not fit", verdict["fit"])
     if numbers["predictions"]:
         good = all(trial["predicts"] for trial in numbers["predictions"])

@@ -97,13 +97,10 @@ def collect(
 def _parameters(problem, posterior, others) -> list[dict]:
     """A row for each parameter; the unit is that of a dimensional coefficient, or None."""
     units = {term.name: term.unit for term in problem.equations.terms}
-    q5, q50, q95 = posterior.quantiles([0.05, 0.5, 0.95])
     columns = {
         "reference": problem.reference[problem.others],
         **{name: getattr(posterior, name) for name in ("prior_mean", "prior_sd", "mean", "sd")},
-        "q5": q5,
-        "median": q50,
-        "q95": q95,
+        **dict(zip(("q5", "median", "q95"), posterior.quantiles([0.05, 0.5, 0.95]), strict=True)),
         "contraction": posterior.contraction,
         "relative_sd": posterior.sd / np.abs(posterior.mean),
         **others,
@@ -194,15 +191,14 @@ def _baseline(problem, estimate) -> dict:
     n = plain.n_coefficients
     found = estimate.solutions[:, [estimate.names.index(name) for name in plain.names]]
     solutions, reference = found[:, :n], problem.reference[:n]
-    errors = np.abs(solutions - reference)
     guess = plain.prior.guess[:n]
-    guess_errors = np.abs(guess - reference)
+    further = np.abs(solutions - reference) > np.abs(guess - reference)
     return {
         **{key: getattr(estimate, key) for key in ("method", "evaluations", "seconds")},
         "costs": estimate.costs.tolist(),
         "statuses": sorted(set(estimate.statuses)),
         "n_starts": len(solutions),
-        "further_than_guess": np.count_nonzero(errors > guess_errors, axis=1).tolist(),
+        "further_than_guess": np.count_nonzero(further, axis=1).tolist(),
         "n_params": len(reference),
         "nuisance": dict(zip(plain.names[n:], found[:, n:].T.tolist(), strict=True)),
         "chi_square_per_reading": _chi_squares(plain, found),
@@ -319,8 +315,7 @@ def null_sentence(directions: list[dict]) -> str:
 
 def change_words(changes: Mapping[str, float]) -> str:
     """Changes such as ``50 % of Yvdot with 21 % of Yuv and 4 others``, or of one by itself where others hardly move."""
-    some = [f"{percent(change)} of {name}" for name, change in changes.items() if abs(change) >= LEAST]
-    first, *others = some
+    first, *others = [f"{percent(change)} of {name}" for name, change in changes.items() if abs(change) >= LEAST]
     if not others:
         rest = counted(len(changes) - 1, "other")
         return f"{first} with less than {percent(LEAST)} of {rest}" if len(changes) > 1 else first

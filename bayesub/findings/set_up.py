@@ -138,8 +138,7 @@ def _prior(spread: CoefficientPrior, problem) -> str:
         rest = problem.n_coefficients - len(given)
         others = f"; {_spread(spread.others)} for the other {rest}" if rest else ""
         return f"given one by one for {len(given)} coefficients{others}"
-    n = problem.n_coefficients
-    guess, reference = problem.coefficient_prior.guess, problem.reference[:n]
+    guess, reference = problem.coefficient_prior.guess, problem.reference[: problem.n_coefficients]
     off = np.abs(guess / reference - 1.0) if reference.all() else np.array([np.nan])
     trials = [trial for _, trial, _ in problem.each_trial(problem.prior.mean)]
     word = "truth" if all(trial.record.truth is not None for trial in trials) else "vehicle file"
@@ -166,8 +165,7 @@ def _distribution(prior: Prior) -> str:
         return f"{prior.lower[0]:.4g} to {prior.upper[0]:.4g}, uniform"
     if isinstance(prior, LogNormal):
         return f"{prior.median[0]:.4g}, log-normal with an sd of {100.0 * prior.log_sd[0]:.3g} %"
-    word = ", normal" if isinstance(prior, Normal) else ""
-    return f"{prior.mean[0]:.4g} ± {prior.sd[0]:.3g}{word}"
+    return f"{prior.mean[0]:.4g} ± {prior.sd[0]:.3g}{', normal' if isinstance(prior, Normal) else ''}"
 
 
 def dimensional(problem: AnyProblem) -> list[dict]:

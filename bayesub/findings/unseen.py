@@ -8,15 +8,8 @@ import numpy as np
 
 from bayesub.findings.set_up import AnyProblem
 from bayesub.inference.baselines import Estimate
-from bayesub.inference.checks.prediction import (
-    FALSE_ALARMS,
-    INTERVALS,
-    N_DRAWS,
-    Prediction,
-    given_warm_up,
-    laplace,
-    predict,
-)
+from bayesub.inference.checks import prediction as checks
+from bayesub.inference.checks.prediction import FALSE_ALARMS, N_DRAWS, Prediction, given_warm_up, laplace, predict
 from bayesub.inference.sampling import Posterior
 from bayesub.io import templates
 from bayesub.io.arguments import checked
@@ -115,8 +108,7 @@ def draws_by_whom(
         if estimate.method == SQP:
             points[SQP] = fitted.prior.mean.copy()
             known = {name: k for k, name in enumerate(estimate.names) if name in fitted.names}
-            places = [fitted.names.index(name) for name in known]
-            points[SQP][places] = estimate.values[list(known.values())]
+            points[SQP][[fitted.names.index(name) for name in known]] = estimate.values[list(known.values())]
     yield from ((name, np.repeat(point[None], N_OTHERS, axis=0)) for name, point in points.items())
 
 
@@ -201,27 +193,21 @@ def sentence(trials: Sequence[dict], n_logs: int, n_trials: int = 1) -> dict[str
         if 0 < n_left_out < n_trials:
             text += f" Of {n_trials} trials {n_left_out} have been left out."
         if not all(trial["predicts"] for trial in trials):
-            text += (
-                " The coefficients are valid for the fitted log at best, whatever its residuals say: fit both together "
-                "([[trials]]), or look for what differs between them (a zero of the rudder: bias_rudder_deg)."
-            )
+            text += " The coefficients are valid for the fitted log at best, whatever its residuals say: fit both "
+            text += "together ([[trials]]), or look for what differs between them (a zero of the rudder: "
+            text += "bias_rudder_deg)."
         return {"prediction": text}
+    text = "No prediction was tried: the only log is fitted. A model may pass every test of fit and predict badly; "
+    text += 'name a second log in the study: [[check]] data = "other.csv".'
     if n_logs > 1:
-        return {
-            "prediction": f"No prediction was tried: all {n_logs} logs are fitted. Run again with --resume "
-            "--leave-out, which predicts each from the others, or name a log that is not fitted in [[check]]."
-        }
-    if n_logs:
-        return {
-            "prediction": "No prediction was tried: the only log is fitted. A model may pass every test of fit and "
-            'predict badly; name a second log in the study: [[check]] data = "other.csv".'
-        }
-    return {}
+        text = f"No prediction was tried: all {n_logs} logs are fitted. Run again with --resume --leave-out, which "
+        text += "predicts each from the others, or name a log that is not fitted in [[check]]."
+    return {"prediction": text} if n_logs else {}
 
 
 def _sentence(trial: dict) -> str:
     """Whether a trial is predicted, and how well, by its numbers."""
-    values = {"intervals": [f"{100 * probability:g} %" for probability in INTERVALS], "with_unit": with_unit}
+    values = {"intervals": [f"{100 * share:g} %" for share in checks.INTERVALS], "with_unit": with_unit}
     values |= {"false_alarms": FALSE_ALARMS, "few": FEW}
     values |= {"lost": lambda what: not_flown(trial["failed_draws"][POSTERIOR], trial["n_draws"], what)}
     return " ".join(templates.fill("bayesub.findings", "prediction.txt", trial=trial, **values).split())

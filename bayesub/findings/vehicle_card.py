@@ -4,13 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayesub.findings.coefficient_examinations import (
-    CardWarning,
-    Examination,
-    built_in_values,
-    inertia,
-    sizes_and_signs,
-)
+from bayesub.findings import coefficient_examinations as on_paper
+from bayesub.findings.coefficient_examinations import CardWarning, Examination, built_in_values
 from bayesub.findings.vehicle_examinations import GROWTH, balance, dive, hydrostatics, stability, straight_flight, turn
 from bayesub.io import templates
 from bayesub.model.actuator import Actuator
@@ -52,7 +47,8 @@ def _actuator_numbers(boat: Vehicle, actuator: Actuator) -> dict:
     return numbers
 
 
-EXAMINATIONS = (balance, straight_flight, stability, turn, dive, inertia, hydrostatics, sizes_and_signs, actuators)
+_IN_FLIGHT = (balance, straight_flight, stability, turn, dive)
+EXAMINATIONS = (*_IN_FLIGHT, on_paper.inertia, hydrostatics, on_paper.sizes_and_signs, actuators)
 
 
 @dataclass(frozen=True)
@@ -92,12 +88,9 @@ def check(vehicle: Vehicle) -> VehicleCard:
     numbers = {section: numbers for e in examinations for section, numbers in e.numbers.items()}
     if skipped := {section: reason for e in examinations for section, reason in e.skipped.items()}:
         numbers["skipped"] = skipped
-    return VehicleCard(
-        vehicle,
-        numbers,
-        tuple(warning for e in examinations for warning in e.warnings),
-        {name: trajectory for e in examinations for name, trajectory in e.flights.items()},
-    )
+    warnings = tuple(warning for e in examinations for warning in e.warnings)
+    flights = {name: trajectory for e in examinations for name, trajectory in e.flights.items()}
+    return VehicleCard(vehicle, numbers, warnings, flights)
 
 
 def _formatted(value: float | None, form: str = "z.3g", factor: float = 1.0) -> str:
@@ -109,8 +102,6 @@ def _actuator_line(column: str, parts: dict) -> str:
     texts = [f"at {parts['angle_deg']:g} deg from the top"] if "angle_deg" in parts else []
     texts += [f"to {parts['limit']:.4g} {unit}"] if "limit" in parts else []
     texts += [f"{share:+.3g} {control.removesuffix('_deg')}" for control, share in parts["controls"].items()]
-    forces = (
-        f"{axis} {force:.3g} {'N' if axis in 'XYZ' else 'N m'}" for axis, force in parts.get("forces", {}).items()
-    )
+    forces = (f"{axis} {push:.3g} {'N' if axis in 'XYZ' else 'N m'}" for axis, push in parts.get("forces", {}).items())
     texts += [f"{parts['at']:g} {unit} make {', '.join(forces)}"] if "at" in parts else []
     return ", ".join(texts)

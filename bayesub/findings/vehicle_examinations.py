@@ -102,12 +102,11 @@ def turning_circle(vehicle: Vehicle, states: np.ndarray, rudder: float) -> dict:
     """
     end, length = states[-1], vehicle.length_m
     speed, rate = np.linalg.norm(end[[U, V]]), end[R]
-    tactical = abs(at_heading(states[None], 180.0)[0, Y]) / length
     steady = abs(rate) * length > 1e-3 * speed
     return {
         "rudder_deg": rudder,
         "diameter_lengths": number_or_none(circle_diameter(end[None])[0] / length) if steady else None,
-        "tactical_diameter_lengths": number_or_none(tactical),
+        "tactical_diameter_lengths": number_or_none(abs(at_heading(states[None], 180.0)[0, Y]) / length),
         "speed_ratio": number_or_none(speed / vehicle.speed_mps),
         "drift_angle_deg": number_or_none(abs(np.degrees(np.arctan2(-end[V], end[U])))),
         "positive_rudder_turns": ("to starboard" if rate > 0.0 else "to port") if steady else None,
@@ -159,24 +158,20 @@ def balance(boat: Vehicle) -> Examination:
         " + ".join(branch): sum(body[key] for key in branch) * boat.speed_mps**2 + pushed
         for branch in (("b1", "b2", "b3"), ("b4", "b5", "b6"))
     }
-    if not any(thrusts.values()) and _thrust_terms(boat):
-        reason = "thrust and resistance are terms of the equations"
-        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reason})
-    if not any(thrusts.values()) and any(a.weight.any() for a in boat.actuators.members):
-        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": GLIDES})
-    if not any(thrusts.values()) and any(a.force[0] for a in boat.actuators.members):
-        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": PUSHED})
+    others: dict[str, list] = {"thrust and resistance are terms of the equations": _thrust_terms(boat)}
+    others[GLIDES] = [actuator for actuator in boat.actuators.members if actuator.weight.any()]
+    others[PUSHED] = [actuator for actuator in boat.actuators.members if actuator.force[0]]
+    reasons = [reason for reason, drive in others.items() if drive]
+    if reasons and not any(thrusts.values()):
+        return Examination({"thrust_over_drag": None}, skipped={"thrust_over_drag": reasons[0]})
     straight = forces(boat)
     drag, symbol = -straight.values["X"], "" if pushed else _drag_symbol(boat, straight)
     ratios = [number_or_none(thrust / drag) if drag else None for thrust in thrusts.values()]
     found = Examination({})
     if not drag:
-        sums = " = ".join(thrusts)
         zero = f": {listed(straight.names['X'])} is zero" if straight.names["X"] else ""
-        remedy = (
-            f"set {symbol}, and {sums} = -{symbol} with it" if symbol else "set its drag, and a thrust to balance it"
-        )
-        found.warn(f"the boat has no drag{zero}", remedy)
+        remedy = f"set {symbol}, and {' = '.join(thrusts)} = -{symbol} with it"
+        found.warn(f"the boat has no drag{zero}", remedy if symbol else "set its drag, and a thrust to balance it")
     branches = thrusts if symbol or ratios[0] != ratios[1] else list(thrusts)[:1]  # the same without their names
     for ratio, names in zip(ratios, branches, strict=False):
         if ratio is not None and abs(ratio - 1.0) > SPEED_TOLERANCE:
@@ -247,14 +242,9 @@ def straight_flight(boat: Vehicle) -> Examination:
             f"straight flight does not hold its speed: {100 * ratio:.3g} % of it after {STRAIGHT:g} ship lengths",
             f"look at {listed(own)}" if own else "balance thrust and drag; see the line 'thrust'",
         )
-    limits = {
-        "depth_change_lengths": (STRAY_LENGTHS, "ship lengths deeper"),
-        "roll_deg": (STRAY_DEG, "deg of roll"),
-        "pitch_deg": (STRAY_DEG, "deg of pitch"),
-        "heading_deg": (STRAY_DEG, "deg of heading"),
-    }
-    off = [f"{stray:.3g} {limits[key][1]}" for key, stray in strays.items() if abs(stray or 0.0) > limits[key][0]]
-    if off:
+    limits = {f"{name}_deg": (STRAY_DEG, f"deg of {name}") for name in angles}
+    limits["depth_change_lengths"] = STRAY_LENGTHS, "ship lengths deeper"
+    if off := [f"{stray:.3g} {limits[key][1]}" for key, stray in strays.items() if abs(stray or 0.0) > limits[key][0]]:
         causes = forces(boat).of(*"ZMYNK")
         if not planar:
             causes = ["trim (weight and buoyancy, their centres)", *causes, "thrust line", "torque"]
@@ -285,9 +275,8 @@ def stability(boat: Vehicle) -> Examination:
         damping = listed([*drift.of(force), *turning.of(moment)], "the damping derivatives")
         if index is None:
             is_force = drift.values[force] >= 0.0
-            axis, variable, names = (
-                (force, across, drift.of(force)) if is_force else (moment, rotation, turning.of(moment))
-            )
+            axis, variable, slope = (force, across, drift) if is_force else (moment, rotation, turning)
+            names = slope.of(axis)
             less = "" if is_force else " (less the moment of the mass)"
             why = f"{axis} has no term in {variable} that damps"
             why = f"{listed(names, '')}{less} {'are' if len(names) > 1 else 'is'} not negative" if names else why
@@ -312,11 +301,9 @@ def _roll_terms(boat: Vehicle) -> str:
     """What makes roll grow besides the mass matrix, as words before it; empty for equations without roll."""
     if boat.equations.degrees_of_freedom == 3:
         return ""
-    damping = slopes(boat, "p").of("K")
-    coupling = slopes(boat, "v").of("K") + [
-        t.name for t in boat.equations.terms if (t.axis, t.regressor) == ("K", "vdot")
-    ]
-    words = ("damping in roll", damping), ("the coupling of roll with sway", coupling)
+    coupling = slopes(boat, "v").of("K")
+    coupling += [t.name for t in boat.equations.terms if (t.axis, t.regressor) == ("K", "vdot")]
+    words = ("damping in roll", slopes(boat, "p").of("K")), ("the coupling of roll with sway", coupling)
     texts = (what + (f" ({', '.join(names)})" if names else "") for what, names in words)
     return f"{', '.join(texts)} and "
 
@@ -366,9 +353,8 @@ def dive(boat: Vehicle) -> Examination:
     # The planes act against straight flight, which may itself pitch.
     straight = fly(boat, DIVE, {}, "vertical")
     assert straight is not None  # as the flight above
-    still = straight.states[0]
     ahead, theta, z = len(states) // 5, STATES.index("theta"), STATES.index("z")
-    pitch = np.degrees(states[ahead, theta] - still[ahead, theta])
+    pitch = np.degrees(states[ahead, theta] - straight.states[0, ahead, theta])
     answers = np.isfinite(pitch) and abs(pitch) > 1e-3 * plane
     found.numbers["stern_plane"] = {
         "angle_deg": plane,
@@ -396,8 +382,7 @@ def hydrostatics(boat: Vehicle) -> Examination:
         return Examination({"hydrostatics": None}, skipped={"hydrostatics": PLANAR})
     body = boat.rigid_body
     ratio, arm = body["buoyancy"] / body["weight"], body["zG"] - body["zB"]
-    numbers = {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}
-    found = Examination({"hydrostatics": numbers})
+    found = Examination({"hydrostatics": {"buoyancy_over_weight": number_or_none(ratio), "BG_m": number_or_none(arm)}})
     if abs(ratio - 1.0) > SPEED_TOLERANCE:
         found.warn(
             f"buoyancy is {100 * ratio:.4g} % of the weight", "check buoyancy_n; neutrally_buoyant = true equals both"

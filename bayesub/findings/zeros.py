@@ -38,8 +38,7 @@ def biases(vehicle: Vehicle, subproblem: str | None) -> dict[str, frozenset[str]
             pairs = zip(equations.controls, actuators.members[i].mixing, strict=True)
             symbols = {control.symbol for control, share in pairs if share}
             pushed = {term.axis for term in equations.terms if term.symbols & symbols}
-            forces = zip(AXES, actuators.members[i].force, strict=True)
-            pushed |= {axis for axis, force in forces if force}
+            pushed |= {axis for axis, force in zip(AXES, actuators.members[i].force, strict=True) if force}
             axes[name] = frozenset(pushed - {"X"})
     return axes
 
@@ -70,8 +69,7 @@ def equivalents(trajectory: Trajectory, parameter: str) -> tuple[dict[str, float
     rest = 0.0
     columns = steady(equations)
     for axis in AXES[1:]:
-        of_axis = equations.columns(equations.names_of_axis(axis))
-        force = (plus[axis] - minus[axis]) @ dimensional[of_axis]
+        force = (plus[axis] - minus[axis]) @ dimensional[equations.columns(equations.names_of_axis(axis))]
         if unit.shape[1] > n:
             force = force + unit[:, n + AXES.index(axis)]
         names = [name for name in equations.names_of_axis(axis) if columns.get(name) == axis and name in active]
@@ -148,7 +146,5 @@ def advice(problem: AnyProblem) -> str:
     like = ", ".join(f"{name} {change:+.2g}" for name, change in changes.items())
     zero, names = f"1 {missing[0].rpartition('_')[2]} of {missing[0]}", ", ".join(free)
     remedy = f"give {' or '.join(missing)} a prior in [nuisance], or hold {names}"
-    return (
-        f"{names} {'are' if len(free) > 1 else 'is'} free, and no zero of an actuator is: {zero} is like "
-        f"{like or 'them'}, and would be taken for it; {remedy}"
-    )
+    text = f"{names} {'are' if len(free) > 1 else 'is'} free, and no zero of an actuator is: {zero} is like "
+    return f"{text}{like or 'them'}, and would be taken for it; {remedy}"

@@ -85,8 +85,7 @@ def _check_kinematics(data: Data, headers: dict[str, str]) -> tuple[Data, list[F
     result: list[Finding] = []
     for _ in range(MAX_FINDINGS):
         names = _all_headers(headers, data)
-        best = _best_mend(data, names, memory)
-        if best is None:
+        if (best := _best_mend(data, names, memory)) is None:
             break
         mend, message = best
         header = tuple(names[name] for name in mend.names)

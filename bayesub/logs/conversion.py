@@ -177,8 +177,7 @@ def _likely(column: str, signal: str, signals: Iterable[str]) -> str:
     if len(parts := [name for name in signals if name.endswith(f".{signal}")]) > 1:
         return f": is it '{parts[0]}' or '{parts[1]}'? Pieces of one log must not overlap in time; cut one if they are"
     same = same or [name for name in signals if column.partition("_")[0] in ends[name]]
-    suggestion = nearest(signal, same or signals)
-    return suggestion or (f": did you mean '{same[0]}'?" if same else f"; it has {_few(signals)}")
+    return nearest(signal, same or signals) or (f": did you mean '{same[0]}'?" if same else f"; it has {_few(signals)}")
 
 
 def _few(signals: Iterable[str]) -> str:

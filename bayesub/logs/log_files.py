@@ -256,8 +256,7 @@ def _numbers(
 
 def _refuse_short(path: Path, n_columns: int) -> None:
     """InputError for a line of fewer cells than there are columns, some of which are under other names than theirs."""
-    opened = gzip.open if path.suffix == ".gz" else open
-    with opened(path, "rt", encoding="utf-8-sig") as file:
+    with (gzip.open if path.suffix == ".gz" else open)(path, "rt", encoding="utf-8-sig") as file:
         for k, line in enumerate(file, 1):
             if line.strip() and (n := line.count(",") + 1) < n_columns:
                 message = f"{path}: line {k}: has {n} cells, expected {n_columns}; an empty cell needs its comma too"

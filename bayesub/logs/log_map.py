@@ -139,8 +139,7 @@ def read_map(path: Path, kind: str | None = None) -> LogMap:
             raise InputError(f"{where}: wrap is for angles; leave it out", "conflict", f"{key}.wrap")
         other = names.setdefault(log_files.short_name(column), column)
         if other != column:
-            message = f"{where}: is the same quantity as '{other}'; leave one of them out"
-            raise InputError(message, "conflict", key)
+            raise InputError(f"{where}: is the same quantity as '{other}'; leave one of them out", "conflict", key)
     folder = path.parent
     cache = None if log_map.cache is None else str(folder / log_map.cache)
     definitions = tuple(str(folder / name) for name in log_map.definitions)

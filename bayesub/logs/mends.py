@@ -93,9 +93,8 @@ def _units(data, headers) -> Iterator[Mend]:
         words = "radians" if in_degrees else "degrees"
         better = ", ".join(headers[name].replace(old, new) for name in present)
         yield Mend("unit", present, f"in {words}", f"rename {_it(present)} {better}", _scale(present, factor))
-    groups = (["u", "v", "w"], ["u_ground", "v_ground", "w_ground"], ["north", "east", "down"], ["sog"], ["stw"])
-    for group in groups:
-        present = tuple(name for name in group if name in data)
+    for speeds in ("u v w", "u_ground v_ground w_ground", "north east down", "sog", "stw"):
+        present = tuple(name for name in speeds.split() if name in data)
         if not present:
             continue
         for words, unit, factor in SPEEDS:

@@ -135,16 +135,11 @@ class Relation:
         return min(misfit, _difference(change, by_rates, elapsed), key=lambda one: one.share)
 
 
-def _yaw_rate(v):
-    return (np.sin(v["phi"]) * v["q"] + np.cos(v["phi"]) * v["r"]) / np.cos(v["theta"])
-
-
-def _pitch_rate(v):
-    return np.cos(v["phi"]) * v["q"] - np.sin(v["phi"]) * v["r"]
-
-
-def _roll_rate(v):
-    return v["p"] + np.tan(v["theta"]) * (np.sin(v["phi"]) * v["q"] + np.cos(v["phi"]) * v["r"])
+_RATES: dict[str, Callable] = {  # of angles, from the rates about the axes of the boat
+    "roll": lambda v: v["p"] + np.tan(v["theta"]) * (np.sin(v["phi"]) * v["q"] + np.cos(v["phi"]) * v["r"]),
+    "pitch": lambda v: np.cos(v["phi"]) * v["q"] - np.sin(v["phi"]) * v["r"],
+    "yaw": lambda v: (np.sin(v["phi"]) * v["q"] + np.cos(v["phi"]) * v["r"]) / np.cos(v["theta"]),
+}
 
 
 def _velocity(values, suffix, heading):
@@ -164,10 +159,11 @@ def relations(data: Data) -> Iterator[Relation]:
     heading, track = "psi" if "psi" in data else "heading", ("x", "y")
     for name, header in (("psi", "yaw"), ("heading", "heading")):
         words = f"changes of {header} and integrals of r"
-        yield Relation(words, (name,), ("r",), _yaw_rate, ("phi", "theta", "q"), drift=True)
-    yield Relation("changes of pitch and integrals of q", ("theta",), ("q",), _pitch_rate, ("phi", "r"), drift=True)
+        yield Relation(words, (name,), ("r",), _RATES["yaw"], ("phi", "theta", "q"), drift=True)
+    words = "changes of pitch and integrals of q"
+    yield Relation(words, ("theta",), ("q",), _RATES["pitch"], ("phi", "r"), drift=True)
     words = "changes of roll and integrals of p"
-    yield Relation(words, ("phi",), ("p",), _roll_rate, ("theta", "q", "r"), drift=True)
+    yield Relation(words, ("phi",), ("p",), _RATES["roll"], ("theta", "q", "r"), drift=True)
     words = "changes of the track and integrals of"
     yield Relation(f"{words} north and east", track, ("north", "east"), lambda v: [v["north"], v["east"]])
     for suffix, drift in (("_ground", False), ("", True)):

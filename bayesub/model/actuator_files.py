@@ -97,10 +97,8 @@ class FinSection(ActuatorSection):
         if self.mixing is None and self.angle_deg is None:
             raise ValueError("a fin needs angle_deg, where it stands around the hull, or mixing")
         if self.mixing is None and (self.x_m or 0.0) > 0.0:
-            raise ValueError(
-                f"x_m = {self.x_m:g} is ahead of the origin, where an angle says no control; give mixing, such as "
-                f"{{ {BOW_PLANE} = 0.5 }}"
-            )
+            text = f"x_m = {self.x_m:g} is ahead of the origin, where an angle says no control"
+            raise ValueError(f"{text}; give mixing, such as {{ {BOW_PLANE} = 0.5 }}")
         if self.mixing is not None and not any(self.mixing.values()):
             raise ValueError("mixing is zero throughout, so that the fin does nothing")
         return self

@@ -71,8 +71,7 @@ class Actuators:
         """
         matrix = self.mixing.copy()
         columns = [control.column for control in self.equations.controls]
-        moved = matrix.any(axis=1)
-        if AILERON in columns and np.linalg.matrix_rank(matrix) < np.count_nonzero(moved):
+        if AILERON in columns and np.linalg.matrix_rank(matrix) < np.count_nonzero(matrix.any(axis=1)):
             matrix[columns.index(AILERON)] = 0.0
         if self.direct:
             return matrix.T
@@ -185,12 +184,8 @@ class Actuators:
         shares = [self.share(column, source) for column in orders]
         demands = {}
         for i in range(len(self.members)):
-            parts = [
-                (times, share[i] * ordered)
-                for share, (times, ordered) in zip(shares, orders.values(), strict=True)
-                if share[i] != 0.0
-            ]
-            if parts:
+            both = zip(shares, orders.values(), strict=True)
+            if parts := [(times, share[i] * ordered) for share, (times, ordered) in both if share[i] != 0.0]:
                 times, demand = parts[0]
                 if len(parts) > 1:  # each holds from its times on and is zero before
                     times = np.unique(np.concatenate([at for at, _ in parts]))

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pydantic
@@ -46,15 +46,14 @@ class _Servo(Section):
     plane_limit_deg: float = pydantic.Field(gt=0, le=90)
     plane_rate_degps: Positive
 
+    ORDERS: ClassVar[str]  # the key that has them
+
     def _check(self) -> None:
         if list(self.time_s) != sorted(set(self.time_s)) or self.time_s[0] != 0.0:
             raise ValueError("time_s must ascend from 0")
-        if self._orders is not None and len(self._orders) != len(self.time_s):
+        orders = getattr(self, self.ORDERS)
+        if orders is not None and len(orders) != len(self.time_s):
             raise ValueError(f"there must be an order for each of the {len(self.time_s)} times in time_s")
-
-    @property
-    def _orders(self) -> tuple[float, ...] | None:
-        return None
 
 
 class HeadingSection(_Servo):
@@ -68,6 +67,8 @@ class HeadingSection(_Servo):
     rudder_per_yaw_rate: Gain = 0.0
     rudder_per_heading_travelled: Gain = 0.0
 
+    ORDERS: ClassVar[str] = "heading_deg"
+
     def _check(self) -> None:
         super()._check()
         if len({part is None for part in (self.waypoints_m, self.lookahead_m, self.acceptance_m)}) > 1:
@@ -76,10 +77,6 @@ class HeadingSection(_Servo):
             raise ValueError("it needs heading_deg or waypoints_m, and not both")
         if self.waypoints_m is not None and "time_s" in self.model_fields_set:
             raise ValueError("time_s is of heading_deg, and waypoints_m are made for one after the other; leave it out")
-
-    @property
-    def _orders(self) -> tuple[float, ...] | None:
-        return self.heading_deg
 
 
 class DepthSection(_Servo):
@@ -93,9 +90,7 @@ class DepthSection(_Servo):
     plane_per_pitch_rate: Gain = 0.0
     bow_planes: bool = False
 
-    @property
-    def _orders(self) -> tuple[float, ...] | None:
-        return self.depth_m
+    ORDERS: ClassVar[str] = "depth_m"
 
 
 class Autopilot(Section):
@@ -192,9 +187,8 @@ class SteeredSimulator(Simulator):
 
     def __post_init__(self):
         vehicle, manoeuvre, autopilot = self.vehicle, self.manoeuvre, self.autopilot
-        plane = vehicle.equations.subproblem(
-            manoeuvre.subproblem if self.subproblem == OF_MANOEUVRE else self.subproblem
-        )
+        wanted = manoeuvre.subproblem if self.subproblem == OF_MANOEUVRE else self.subproblem
+        plane = vehicle.equations.subproblem(wanted)
         for name, only in PLANES.items():
             if getattr(autopilot, name) is not None and plane not in (None, only):
                 text = f"autopilot '{autopilot.name}': [{name}] has no part in the {plane} sub-problem; leave it out"
@@ -205,9 +199,8 @@ class SteeredSimulator(Simulator):
         for actuator in (vehicle.actuators.members[i] for i in self._moved):
             if not actuator.is_linear:
                 raise InputError(f"{source}: steers by fins, found {actuator.column}", "model", actuator.column)
-        if self.dt is None:
-            self.dt = choose_step(vehicle, manoeuvre, plane, self.attitude)
-        self._n = max(1, int(np.ceil(autopilot.interval_s / self.dt * (1 - 1e-12))))
+        longest = choose_step(vehicle, manoeuvre, plane, self.attitude) if self.dt is None else self.dt
+        self._n = max(1, int(np.ceil(autopilot.interval_s / longest * (1 - 1e-12))))
         self.dt = autopilot.interval_s / self._n
         self.manoeuvre = self._with_planes(manoeuvre.times, np.zeros((len(manoeuvre.times), len(self._shares))))
         super().__post_init__()
@@ -309,8 +302,7 @@ class SteeredSimulator(Simulator):
 
     def _stages_of(self, k: int) -> np.ndarray:
         """(n + 1, 3, n_columns) the stages of the steps of an interval; after the last one the last stays."""
-        places = np.minimum(k * self._n + np.arange(self._n + 1), len(self._stages) - 1)
-        return self._stages[places]
+        return self._stages[np.minimum(k * self._n + np.arange(self._n + 1), len(self._stages) - 1)]
 
     @cached_property
     def _lines(self) -> tuple[np.ndarray, ...]:

@@ -41,8 +41,7 @@ class Flight:
         source: str,
     ):
         self.vehicle, self.subproblem = vehicle.restricted(subproblem), subproblem
-        self.sample, self.inputs, self.state, self.fixed = sample, inputs, state, fixed
-        self.source = source
+        self.sample, self.inputs, self.state, self.fixed, self.source = sample, inputs, state, fixed, source
         self.now = 0  # samples flown
         self.orders: dict[str, tuple[list[int], list[float]]] = {}  # column -> (samples of the orders, orders)
         self._dimensional = (self.vehicle.xi * vehicle.dimensional_factors)[None]

@@ -156,8 +156,7 @@ class ControlHistories:
         Of each actuator and :class:`Feature` they are those at the begin and the end of each
         step; :meth:`individual_entries` has what a unit of each adds.
         """
-        columns = []
-        none = np.zeros((1, len(self._varied)))
+        columns, none = [], np.zeros((1, len(self._varied)))
         for i in self.individual:
             ends, nominal = self._ends(i, amounts), self._ends(i, none)
             scale, base = self._value(i, "scale", amounts), self._value(i, "scale", none)
@@ -181,11 +180,8 @@ class ControlHistories:
             for feature in features(self._actuators, i, self._subproblem):
                 stage, end, column = (part.ravel() for part in np.indices((3, 2, len(feature.row))))
                 weights = PARTS[stage, end] * feature.row[column]
-                of = np.flatnonzero(weights)
-                steps = np.repeat(np.arange(n), len(of))
-                of = np.tile(of, n)
-                numbers = first + 2 * steps + end[of]
-                entries.append((3 * steps + stage[of], numbers, column[of], weights[of]))
+                steps, of = (part.ravel() for part in np.meshgrid(range(n), np.flatnonzero(weights), indexing="ij"))
+                entries.append((3 * steps + stage[of], first + 2 * steps + end[of], column[of], weights[of]))
                 first += 2 * n
         return entries
 
@@ -264,9 +260,8 @@ class StageChanges:
         actuators, knots = self._vehicle.actuators, self._knots
         forces = {} if knots is None else {name: n for n, name in enumerate(knots.parameters)}
         places = {forces[name]: m for m, name in enumerate(parameters) if name in forces}
-        slopes = {
-            m: (name, self._histories.slopes(name, amounts)) for m, name in enumerate(parameters) if name not in forces
-        }
+        others = {m: name for m, name in enumerate(parameters) if name not in forces}
+        slopes = {m: (name, self._histories.slopes(name, amounts)) for m, name in others.items()}
         for k, times in enumerate(self._stage_times if len(parameters) else ()):
             for m, (name, slope) in slopes.items():
                 if slope is None:

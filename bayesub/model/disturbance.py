@@ -194,9 +194,8 @@ class Disturbance:
 
         n = len(times)
         values = np.empty((n, len(self.axes)))
-        for time, members, kind in by_time(
-            self.axes, self.kind, self.correlation_time_s, self.correlation_time_current_s
-        ):
+        times_s = self.correlation_time_s, self.correlation_time_current_s
+        for time, members, kind in by_time(self.axes, self.kind, *times_s):
             step = (times[-1] - times[0]) / max(1, n - 1) / time  # of a process of unit sd and correlation time
             if kind == SMOOTH:
                 shocks, recursion = _matern(step, rng.standard_normal((n, 2, len(members))))

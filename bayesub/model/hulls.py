@@ -106,15 +106,13 @@ class Hull:
         rolling = np.zeros((6, 6))
         rolling[1, 3] = rolling[3, 1] = -(sway @ offset)
         rolling[3, 5] = rolling[5, 3] = -(sway @ (offset * x))
-        radii = np.sqrt(breadth * height)
-        rolling[3, 3] = weights @ [self._roll(fins, radius, chord) for radius in radii]
+        rolling[3, 3] = weights @ [self._roll(fins, radius, chord) for radius in np.sqrt(breadth * height)]
         return crosswise, rolling
 
     @staticmethod
     def _strip(radius, first, second, chord):
         """Added mass per length of two opposite fins beyond that of the hull, corrected for their span."""
-        reach = np.maximum([first - radius, second - radius], 0.0)
-        span = 2.0 * reach.max(axis=0)
+        span = 2.0 * np.maximum([first - radius, second - radius], 0.0).max(axis=0)
         bare = np.pi * radius**2
         return (added_mass.section(radius, first, second) - bare) * added_mass.finite_span(span, chord)
 
@@ -189,8 +187,7 @@ def load_hull(path: str | Path) -> Hull:
     """Read a hull geometry file; InputError with file, key and remedy."""
     try:
         with np.errstate(all="ignore"):
-            file = toml_files.read_toml(Path(path), HullFile)
-            hull = Hull(file, str(path))
+            hull = Hull(toml_files.read_toml(Path(path), HullFile), str(path))
             sizes = [hull.centre, *hull.displaced_inertia]
     except OverflowError:
         sizes = [np.inf]

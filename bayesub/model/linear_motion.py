@@ -35,13 +35,10 @@ def motion_matrix(boats: Boats, plane: str | None, names: tuple[str, ...]) -> np
         states[2 * k : 2 * k + 2, place] += [step, -step]
     rates = boats.accelerations(plane, states, boats.controls(plane, n=len(states)))
     slopes = (rates[:, ::2] - rates[:, 1::2]) / (2.0 * steps[:, None])
-    columns = [
-        np.tile(np.array(names) == RATES[name], (len(boats), 1)).astype(float)
-        if name in RATES
-        else slopes[:, :, VELOCITIES.index(name)]
-        for name in names
-    ]
-    return np.stack(columns, axis=1)
+    result = np.zeros((len(boats), len(names), len(names)))
+    for k, name in enumerate(names):
+        result[:, k] = np.array(names) == RATES[name] if name in RATES else slopes[:, :, VELOCITIES.index(name)]
+    return result
 
 
 def roots(boats: Boats, plane: str) -> np.ndarray:
@@ -87,8 +84,7 @@ def straight(vehicle: Vehicle, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 def regressors(vehicle: Vehicle, states: np.ndarray, controls: np.ndarray) -> np.ndarray:
     """(n, n_terms) what a coefficient of one adds to its force, N and N m, at states (n, 12) without accelerations."""
-    still = np.zeros((len(states), 6))
-    by_axis = vehicle.equations.regressors(states, still, controls, vehicle.constants)
+    by_axis = vehicle.equations.regressors(states, np.zeros((len(states), 6)), controls, vehicle.constants)
     return np.concatenate([by_axis[axis] for axis in AXES], axis=1) * vehicle.dimensional_factors
 
 
@@ -127,8 +123,7 @@ def critical_speed(boats: Boats) -> np.ndarray:
     c, f = matrix[:, :2, 2].T
     with np.errstate(all="ignore"):
         square = (e * f + c * d) / ((a * e - b * d) * (a + e))
-    righted = (a + e < 0.0) & (a * f - c * d > 0.0) & (a * e - b * d < 0.0)
-    return _root(boats, np.where(righted, square, np.nan))
+    return _root(boats, np.where((a + e < 0.0) & (a * f - c * d > 0.0) & (a * e - b * d < 0.0), square, np.nan))
 
 
 def inversion_speed(boats: Boats) -> np.ndarray:

@@ -186,17 +186,11 @@ class ClosedLoopFile(ManoeuvreFile):
 
     def recorded(self, vehicle: Vehicle) -> Orders:
         """The orders that `vehicle` gets when it flies in closed loop."""
-        sample = self.duration_s / self.n_samples
-        clock = self.clock(vehicle)
-        flight = closed_loop.Flight(
-            vehicle,
-            self.subproblem,
-            sample * clock,
-            self.responses(vehicle, self.fixed),
-            self.initial_state(vehicle),
-            {column: (at * clock, ordered) for column, (at, ordered) in self.fixed.items()},
-            f"manoeuvre '{self.name}'",
-        )
+        sample, clock = self.duration_s / self.n_samples, self.clock(vehicle)
+        inputs, start = self.responses(vehicle, self.fixed), self.initial_state(vehicle)
+        fixed = {column: (at * clock, ordered) for column, (at, ordered) in self.fixed.items()}
+        source = f"manoeuvre '{self.name}'"
+        flight = closed_loop.Flight(vehicle, self.subproblem, sample * clock, inputs, start, fixed, source)
         self.steer(flight)
         recorded = {j: (np.array(at) * sample, np.array(angles)) for j, (at, angles) in flight.orders.items()}
         return self.fixed | recorded

@@ -106,9 +106,8 @@ def random_manoeuvre(vehicle: Vehicle, rng: np.random.Generator, **changes: obje
 
 def _random_file(seed: int, **changes) -> RandomFile:
     content = toml_files.read_toml_table(toml_files.find("random", "manoeuvres"))
-    return toml_files.validate(
-        content | {"name": f"random:{seed}", "seed": seed} | changes, RandomFile, "random manoeuvre"
-    )
+    content = content | {"name": f"random:{seed}", "seed": seed} | changes
+    return toml_files.validate(content, RandomFile, "random manoeuvre")
 
 
 def _build(file: ManoeuvreFile, vehicle: Vehicle) -> Manoeuvre:

@@ -94,9 +94,8 @@ def glides(vehicle: Vehicle) -> bool:
 def absence(vehicle: Vehicle, column: str) -> str:
     """Why a control cannot be ordered; empty if the equations have it and an actuator moves it."""
     if column == PROPELLER:
-        return (
-            "" if vehicle.body[_THRUST].any() else "no thrust polynomial says what a propeller does that turns astern"
-        )
+        reason = "no thrust polynomial says what a propeller does that turns astern"
+        return "" if vehicle.body[_THRUST].any() else reason
     columns = [control.column for control in vehicle.equations.controls]
     if column not in columns:
         return f"the equations '{vehicle.equations.name}' know no {column}"

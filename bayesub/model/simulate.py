@@ -105,9 +105,8 @@ def accelerations(
     ordered[:, -1] = np.asarray(rpm, dtype=float) / vehicle.rpm_per_mps
     if vehicle.actuators.external:
         inputs = np.tile(vehicle.actuators.rest, (len(states), 1)) if inputs is None else inputs
-        ordered = np.hstack(
-            [ordered, vehicle.actuators.wrenches(inputs, None), vehicle.actuators.weights(inputs, None)]
-        )
+        pushed = vehicle.actuators.wrenches(inputs, None), vehicle.actuators.weights(inputs, None)
+        ordered = np.hstack([ordered, *pushed])
     dimensional = (vehicle.xi * vehicle.dimensional_factors)[None]
     body = np.concatenate([vehicle.restricted(None).body, vehicle.constants])[None]
     return vehicle.kernels().body_accelerations(dimensional, body, states[None], ordered)[0]

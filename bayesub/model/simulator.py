@@ -81,9 +81,8 @@ class Simulator:
 
     def __post_init__(self):
         vehicle, manoeuvre, equations = self.vehicle, self.manoeuvre, self.vehicle.equations
-        self.subproblem = equations.subproblem(
-            manoeuvre.subproblem if self.subproblem == OF_MANOEUVRE else self.subproblem
-        )
+        wanted = manoeuvre.subproblem if self.subproblem == OF_MANOEUVRE else self.subproblem
+        self.subproblem = equations.subproblem(wanted)
         self._check_options()
         self._disturbed = self.knots is not None or (self.forces is not None and self.forces.of_forces is not None)
         self._pushed = self._disturbed or bool(manoeuvre.prescribed)
@@ -265,8 +264,7 @@ class Simulator:
         assert knots is not None
         n_knots = len(knots.times)
         places = np.full((n_axes, n_knots), -1)
-        numbers = self._stage_changes.n_before + np.arange(len(axes) * n_knots)
-        places[axes] = numbers.reshape(len(axes), n_knots)
+        places[axes] = (self._stage_changes.n_before + np.arange(len(axes) * n_knots)).reshape(len(axes), n_knots)
         seen = np.full((n_batch, n_knots - 1, len(rows)), np.nan)
         shocks = np.zeros((0, 0, 0)) if policy is None else np.full(policy.levels.shape, np.nan)
         return Steering(self._restarts, rows, places, seen, shocks, *(FREE if policy is None else policy))
@@ -357,13 +355,8 @@ class Simulator:
             slots[np.arange(len(acts)), acts] = np.arange(len(acts))
             starts = np.zeros((n_states + len(acts), workspace.N_STATES))
             starts[np.arange(n_states), log_files.positions(*states)] = 1.0
-            of_states = np.zeros(n_states)
-            columns = (
-                np.concatenate([of_states, len(self.vehicle.equations.names) + np.arange(len(acts))]),
-                np.concatenate([of_states, np.ones(len(acts))]),
-                np.concatenate([of_states, acts]),
-                starts,
-            )
+            of_hats = len(self.vehicle.equations.names) + np.arange(len(acts)), np.ones(len(acts)), acts
+            columns = (*(np.concatenate([np.zeros(n_states), part]) for part in of_hats), starts)
             variations = by_knot._replace(numbers=HATS * axis + knot % HATS)
             self._hats = variations, slots, columns, self._restarts
         variations, slots, columns, restarts = self._hats
@@ -380,11 +373,8 @@ class Simulator:
             """Columns of the hats of knots modulo three as those of the knot of each piece and the two after it."""
             hats = HATS * np.arange(n_axes)[:, None] + (pieces[:, None, None] + np.arange(HATS)) % HATS
             places = n_states + hats.reshape(len(pieces), 1, -1)
-            parts = (
-                array[..., :n_states],
-                np.take_along_axis(array, np.broadcast_to(places, (*array.shape[:2], places.shape[2])), axis=2),
-            )
-            return np.concatenate(parts, axis=2)
+            of_hats = np.take_along_axis(array, np.broadcast_to(places, (*array.shape[:2], places.shape[2])), axis=2)
+            return np.concatenate([array[..., :n_states], of_hats], axis=2)
 
         outputs_of = in_order(derivatives.swapaxes(1, 2), numbers)
         return Pieces(in_order(ends, np.arange(len(ends))), outputs_of, bounds, numbers)
@@ -426,8 +416,7 @@ def sensitivity_columns(
     thrust_factor = 0.5 * vehicle.water_density_kgm3 * vehicle.length_m**2
     forces = {}
     if knots is not None:
-        of_axes = [axis for axis in knots.axes for _ in knots.times]
-        forces = dict(zip(knots.parameters, of_axes, strict=True))
+        forces = dict(zip(knots.parameters, [axis for axis in knots.axes for _ in knots.times], strict=True))
     varied = [name for name in parameters if name in vehicle.actuators.parameters or name in forces]
     after_body = len(equations.names) + 6 * sum(name in workspace.BODY for name in parameters)
     body: list[int] = []

@@ -165,8 +165,7 @@ def _steady_turns(boats, rates, guess):
         states = np.tile(boats.straight()[0], (n, 4 * m, 1))
         states[..., [U, V]], states[..., R] = flat[..., :2], np.repeat(rates, 4)
         controls = boats.controls("horizontal", {RUDDER: flat[..., 2]}, 4 * m)
-        accelerations = boats.accelerations("horizontal", states, controls)[..., _BALANCED]
-        balance = accelerations.reshape(n, m, 4, 3) * scales
+        balance = boats.accelerations("horizontal", states, controls)[..., _BALANCED].reshape(n, m, 4, 3) * scales
         slopes = (balance[:, :, 1:] - balance[:, :, :1]) / steps[:, None]  # by u, v and rudder, of three accelerations
         size = np.abs(balance[:, :, 0]).max(axis=2)
         whole = np.isfinite(slopes).all(axis=(2, 3))
@@ -174,8 +173,7 @@ def _steady_turns(boats, rates, guess):
         if not going.any():
             break
         systems = np.where(going[..., None, None], slopes.swapaxes(2, 3), np.eye(3))
-        step = np.linalg.solve(systems, balance[:, :, 0, :, None])[..., 0]
-        unknown -= np.where(going[..., None], step, 0.0)
+        unknown -= np.where(going[..., None], np.linalg.solve(systems, balance[:, :, 0, :, None])[..., 0], 0.0)
     return np.where((size <= _TOLERANCE)[..., None], unknown, np.nan)
 
 
@@ -228,8 +226,7 @@ def at(states: np.ndarray, histories: np.ndarray, value: float, points: int = 4)
     history and 2 for one that has a kink nearby.
     """
     beyond = histories >= value
-    n_times = histories.shape[1]
-    first = np.clip(beyond.argmax(axis=1) - points // 2, 0, n_times - points)
+    first = np.clip(beyond.argmax(axis=1) - points // 2, 0, histories.shape[1] - points)
     places, rows = first[:, None] + np.arange(points), np.arange(len(states))[:, None]
     near, around = histories[rows, places], states[rows, places]
     weights = np.ones_like(near)
@@ -238,14 +235,12 @@ def at(states: np.ndarray, histories: np.ndarray, value: float, points: int = 4)
             if i != j:
                 with np.errstate(all="ignore"):
                     weights[:, i] *= (value - near[:, j]) / (near[:, i] - near[:, j])
-    found = np.einsum("ni,nik->nk", weights, around)
-    return np.where(np.any(beyond, axis=1, keepdims=True), found, np.nan)
+    return np.where(np.any(beyond, axis=1, keepdims=True), np.einsum("ni,nik->nk", weights, around), np.nan)
 
 
 def peak(histories: np.ndarray) -> np.ndarray:
     """(n,) largest values of histories (n, n_times), of the parabola through three; not a number at an end."""
-    finite = np.where(np.isfinite(histories), histories, -np.inf)
-    k = finite.argmax(axis=1)
+    k = np.where(np.isfinite(histories), histories, -np.inf).argmax(axis=1)
     inside = (k > 0) & (k < histories.shape[1] - 1)
     rows, k = np.arange(len(histories)), np.clip(k, 1, histories.shape[1] - 2)
     before, top, after = (histories[rows, k + j] for j in (-1, 0, 1))

@@ -119,10 +119,8 @@ class CorrelationsSection(Section):
             shares = np.abs(np.linalg.eigh(matrix)[1][:, 0]).round(6)  # equal ones in the order of the file
             most = np.argsort(-shares, kind="stable")[:3]
             names = ", ".join(self.coefficients[k] for k in most)
-            raise ValueError(
-                f"matrix is not positive definite: correlations of {names} contradict each other; keep all digits of "
-                "the matrix that they were taken from"
-            ) from None
+            text = f"matrix is not positive definite: correlations of {names} contradict each other"
+            raise ValueError(f"{text}; keep all digits of the matrix that they were taken from") from None
         return self
 
 
@@ -130,8 +128,7 @@ def _as_section(entry):
     """A plain number is a coefficient without a standard deviation."""
     if isinstance(entry, dict | CoefficientSection):
         return entry
-    number = isinstance(entry, int | float) and not isinstance(entry, bool)
-    if not number or not abs(entry) < math.inf:
+    if isinstance(entry, bool) or not isinstance(entry, int | float) or not abs(entry) < math.inf:
         raise PydanticCustomError("coefficient", "should be a finite number or { value = .., sd = .. }")
     return {"value": entry}
 
@@ -162,8 +159,7 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
         of = "" if equations.name == DEFAULT else f" of the equations '{equations.name}'"
         message = f"coefficients: unknown coefficient '{name}'{of}"
         check_known(name, equations.names, message, key=f"coefficients.{name}")
-    missing = [name for name in equations.names if name not in file.coefficients]
-    if missing:
+    if missing := [name for name in equations.names if name not in file.coefficients]:
         listed = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
         total = f"{len(missing)} of the {len(equations.names)} coefficients"
         text = f"coefficients: {total} missing ({listed}); write 0 where there is none"
@@ -186,5 +182,4 @@ def check_fit(file: VehicleFile, equations: EquationSet) -> None:
         if taken:
             text = f"actuators: column '{min(taken)}' is that of the measured propulsion; rename it"
             raise InputError(text, "conflict", min(taken))
-    displaced = file.displacement is not None
-    actuator_files.check_fit(file.actuators, equations, file.body.length_m, displaced)
+    actuator_files.check_fit(file.actuators, equations, file.body.length_m, file.displacement is not None)

@@ -173,9 +173,7 @@ def _loses_speed(log: Mapping[str, np.ndarray]) -> bool:
         steps = np.diff([log["x"][fixed], log["y"][fixed]], axis=1)
         speeds.append(np.hypot(*steps) / np.diff(log["time"][fixed]))
     known = (some[np.isfinite(some)] for some in speeds)
-    return any(
-        n and some[-n:].mean() < _COASTS * some[:n].mean() for some in known if (n := len(some) // 5 or len(some))
-    )
+    return any(n and one[-n:].mean() < _COASTS * one[:n].mean() for one in known if (n := len(one) // 5 or len(one)))
 
 
 def mass_matrix(equations: EquationSet, dimensional: np.ndarray, body: np.ndarray) -> np.ndarray:
@@ -199,8 +197,7 @@ def without_inertia(matrix: np.ndarray, length_m: float, degrees_of_freedom: int
     """The motion whose acceleration costs no force, "surge" to "yaw"; empty if the matrix (6, 6) is regular."""
     moving = [0, 1, 5] if degrees_of_freedom == 3 else list(range(6))
     size = np.array([1.0] * 3 + [length_m] * 3)
-    scaled = (matrix / np.outer(size, size))[np.ix_(moving, moving)]
-    _, values, motions = np.linalg.svd(scaled)
+    _, values, motions = np.linalg.svd((matrix / np.outer(size, size))[np.ix_(moving, moving)])
     return MOTIONS[moving[np.argmax(np.abs(motions[-1]))]] if values[-1] <= SINGULAR * values[0] else ""
 
 
@@ -229,8 +226,7 @@ def load_vehicle(name: str | Path, located: Callable[[str], str] = str) -> Vehic
         fault = f"{path}: masses, forces or thrust are too large, too small or undefined"
         checks = "the units in [body], that straight flight has a drag (a negative Xuu)"
         raise InputError(f"{fault}; check {checks}, and the size of the coefficients", "model")
-    motion = without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom)
-    if motion:
+    if motion := without_inertia(vehicle.mass_matrix, vehicle.length_m, equations.degrees_of_freedom):
         text = f"{path}: the mass matrix is singular: nothing resists an acceleration in {motion}; check mass and "
         text += f"inertia in [body] and the added masses {', '.join(equations.added_masses)}, which are negative on "
         text += "the diagonal"

@@ -90,12 +90,10 @@ def sheet(comparison: Comparison, **about) -> Sheet:
     if in_doubt:
         verdicts.insert(0, Verdict(False, "IN DOUBT:", f"{', '.join(in_doubt)}. Statements about it may be wrong."))
     coefficients, *others = figures(comparison)
-    differences = []
-    if comparison.differences:
-        rows = [[key, *values.values()] for key, values in comparison.differences.items()]
-        differences = [Table("What differs between the studies and the code", ["setting", *labels], rows, labels)]
-    runs = numbers["runs"]
-    rows = []
+    rows = [[key, *values.values()] for key, values in comparison.differences.items()]
+    what = "What differs between the studies and the code"
+    differences = [Table(what, ["setting", *labels], rows, labels)] if rows else []
+    runs, rows = numbers["runs"], []
     for key in dict.fromkeys(key for run in comparison.runs for key in run.about):
         values = ("" if run.get(key) is None else run[key] for run in runs.values())
         rows.append([key, *(cell(value, 4) if isinstance(value, float) else str(value) for value in values)])

@@ -143,8 +143,7 @@ def _draw_sds(path: style.Paths, design: DesignedTrial) -> None:
             panel.hlines(places, sds, prior, color=style.PRIOR, lw=2.0)
             panel.plot(prior, places, "|", color="#808080", ms=6, mew=1.4, label="before the trial")
             for one in flown:
-                look = {"color": style.WEAK, "ms": 3.6, "mfc": "none"}
-                panel.plot(one, places, "o", **look, label="after the standard manoeuvre")
+                panel.plot(one, places, "o", color=style.WEAK, ms=3.6, mfc="none", label="after the standard manoeuvre")
             panel.plot(sds, places, "o", color=style.POSTERIOR, ms=3.8, label="after this trial")
             for share in SHARES:
                 panel.axvline(100.0 * share, color=style.TRUTH, lw=0.6, ls=":")

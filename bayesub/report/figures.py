@@ -218,16 +218,12 @@ def _small(results, reference: np.ndarray, word: str) -> Iterator[ReportFigure]:
     pair = divmod(int(np.argmax(np.abs(correlation))), n)
     both = zip(corner.edge(prior, *pair), pair, strict=True)
     edge = np.transpose([coefficients.ratios(side, reference, prior)[:, k] for side, k in both])
+    draws = coefficients.ratios(sample.draws, reference, prior)[:, pair]
+    names = labels([sample.names[k] for k in pair], results.problem.equations)
     yield ReportFigure(
         "pair_small",
         f"The strongest pair, correlation {correlation[pair]:+.2f}. Dashed: 90 % of the prior, if it is near.",
-        lambda path: corner.draw_small(
-            path,
-            coefficients.ratios(sample.draws, reference, prior)[:, pair],
-            edge,
-            coefficients.labels([sample.names[k] for k in pair], results.problem.equations),
-            word,
-        ),
+        partial(corner.draw_small, draws=draws, prior=edge, names=names, word=word),
     )
 
 

@@ -81,8 +81,7 @@ def escaped(text: str) -> str:
 
 def alternative(caption: str) -> str:
     """What stands for a picture where it cannot be seen: the first sentence of its caption."""
-    first = caption.split(". ")[0].rstrip(".")
-    return re.sub(r"[\[\]\n<]", " ", first)
+    return re.sub(r"[\[\]\n<]", " ", caption.split(". ")[0].rstrip("."))
 
 
 def glossary(coefficients: Sequence[Mapping[str, str]], words: str) -> list[str]:

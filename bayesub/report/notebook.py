@@ -14,7 +14,7 @@ from bayesub.inference.identifiability import Spectrum
 from bayesub.inference.sampling import Posterior
 from bayesub.io import templates
 from bayesub.io.notebook import Display
-from bayesub.io.words import rounded
+from bayesub.io.words import counted, rounded
 from bayesub.logs.log_files import HEADERS, STATES
 from bayesub.report import page
 from bayesub.report.plots import cards, coefficients, style, track, trade_offs
@@ -33,11 +33,9 @@ def vehicle(shown: Any) -> str:
          f"{sd:.2g}" if np.isfinite(sd) else "", f"{term.scale} {term.regressor}", term.meaning)
         for term, value, sd in zip(terms, shown.xi, shown.sd, strict=True)
     ]  # fmt: skip
-    facts = (
-        f"length {shown.length_m:g} m, mass {shown.rigid_body['mass']:.4g} kg, {shown.speed_mps:g} m/s at "
-        f"{shown.depth_m:g} m depth, water {shown.water_density_kgm3:g} kg/m³; equations '{shown.equations.name}' with "
-        f"{len(terms)} terms"
-    )
+    facts = f"length {shown.length_m:g} m, mass {shown.rigid_body['mass']:.4g} kg, {shown.speed_mps:g} m/s at "
+    facts += f"{shown.depth_m:g} m depth, water {shown.water_density_kgm3:g} kg/m³; "
+    facts += f"equations '{shown.equations.name}' with {len(terms)} terms"
     heads = ("coefficient", "value", "sd", "multiplies", "what it is")
     return _page(shown.name, (shown.description, facts), heads, rows, f"{len(terms)} coefficients")
 
@@ -63,14 +61,11 @@ def trajectory(shown: Any) -> str:
 def directions(shown: Spectrum) -> str:
     """The stiffest, sloppiest and null directions."""
     n = len(shown.names)
-    facts = (
-        f"Of {n} directions the data determine {shown.n_informed} better than the prior, leave "
-        f"{n - shown.n_informed - shown.n_null} to the prior, and {shown.n_null} are null."
-    )
     last = n - shown.n_null
-    chosen = {*range(min(DIRECTIONS, last)), *range(max(0, last - DIRECTIONS), n)}
+    facts = f"Of {n} directions the data determine {shown.n_informed} better than the prior, leave "
+    facts += f"{last - shown.n_informed} to the prior, and {shown.n_null} are null."
     rows = []
-    for i in sorted(chosen):
+    for i in sorted({*range(min(DIRECTIONS, last)), *range(max(0, last - DIRECTIONS), n)}):
         entries = list(shown.direction(i).items())[:ENTRIES]
         value = "0" if i >= last else f"{shown.singular_values[i]:.3g}"
         kind = "null" if i >= last else "stiff" if shown.singular_values[i] > 1.0 else "sloppy"
@@ -82,10 +77,8 @@ def directions(shown: Spectrum) -> str:
 def estimate(shown: Estimate) -> str:
     """The best solution."""
     sds = np.full(len(shown.names), np.nan) if shown.covariance is None else np.sqrt(np.diag(shown.covariance))
-    facts = (
-        f"{len(shown.solutions)} {'starts' if len(shown.solutions) > 1 else 'start'}, {shown.evaluations} simulations, "
-        f"{shown.seconds:.3g} s; least cost {shown.costs[0]:.6g}: {shown.statuses[0]}"
-    )
+    facts = f"{counted(len(shown.solutions), 'start')}, {shown.evaluations} simulations, {shown.seconds:.3g} s; "
+    facts += f"least cost {shown.costs[0]:.6g}: {shown.statuses[0]}"
     rows = [(name, *_with_sd(value, sd)) for name, value, sd in zip(shown.names, shown.values, sds, strict=True)]
     return _page(shown.method, (facts,), ("parameter", "best", "sd"), rows)
 
@@ -109,11 +102,9 @@ def _with_sd(value, sd) -> tuple[str, str]:
     return rounded(value, sd), rounded(sd, sd) if sd > 0.0 else ""
 
 
-def _page(
-    title: str, sentences: Iterable[str], heads: Sequence[str], rows: Iterable[Sequence], folded: str = ""
-) -> str:
+def _page(title: str, facts: Iterable[str], heads: Sequence[str], rows: Iterable[Sequence], folded: str = "") -> str:
     """HTML of a title, sentences and a table, which is folded under a heading if there is one."""
-    values = {"title": title, "sentences": sentences, "heads": heads, "rows": rows, "folded": folded}
+    values = {"title": title, "sentences": facts, "heads": heads, "rows": rows, "folded": folded}
     return templates.fill("bayesub.report", "display.html", **values).rstrip("\n")
 
 

@@ -102,9 +102,8 @@ def _scores_table(log: dict) -> Table:
     heads += [f"rms, {with_unit(channel['column'])}" for channel in channels.values()]
     rows = []
     for by, coverage in log["coverage_by"].items():
-        shares = [f"{100 * share:.0f} %" for share in coverage.values()]
         scores = [cell(channel[key].get(by)) for key in ("crps", "rms") for channel in channels.values()]
-        rows.append([by, *shares, *scores])
+        rows.append([by, *(f"{100 * share:.0f} %" for share in coverage.values()), *scores])
     text = "Share of the readings within their bands, continuous ranked probability score (CRPS, less is better) and "
     text += "root mean square of readings less mean prediction (rms). Bands of a point (mode, SQP, prior mean) are of "
     text += "the noise, and of what the warm-up leaves open."

@@ -2,11 +2,12 @@
 
 import base64
 from collections.abc import Iterator
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 from bayesub.findings import run_numbers
+from bayesub.findings.derived import significant
 from bayesub.findings.results import Results
 from bayesub.io.words import with_unit
 from bayesub.report.figures import TRACKS
@@ -16,7 +17,7 @@ from bayesub.report.plots.track import STRAIGHT, X, Y, Z, axis_label
 DRAWS, NUMBERS = 400, 16_000  # of the posterior, in the scatter of a pair, and their numbers, at most
 READINGS = 30_000  # of all trials; of more, every second, third ..
 PLACES = 250  # points of a track
-_DIGITS = 7  # of numbers
+_rounded = partial(significant, digits=7)
 
 
 def content(results: Results, reference: np.ndarray, word: str) -> dict:
@@ -41,13 +42,6 @@ def pack(values: np.ndarray, kind: str = "u2") -> dict:
     codes = np.where(np.isfinite(values), np.rint((np.nan_to_num(values) - low) / step), most + 1)
     text = base64.b64encode(codes.astype(f"<{kind}").tobytes()).decode("ascii")
     return {"low": float(low), "step": float(step), "kind": kind, "codes": text}
-
-
-def _rounded(values) -> Any:
-    """Nested lists of numbers of so many digits; what is not finite is None."""
-    if np.ndim(values):
-        return [_rounded(value) for value in values]
-    return float(f"{values:.{_DIGITS}g}") if np.isfinite(values) else None
 
 
 def _intervals(results, reference) -> dict:

@@ -138,11 +138,9 @@ def _read(kind: str, path: Path, log_map: LogMap, progress: Progress, is_whole: 
     if not log.signals and log_map.columns and not is_whole:
         return _read(kind, path, log_map, progress, is_whole=True)
     if not log.signals:
-        raise log.fault or InputError(
-            f"{path}: has no numbers with time stamps as {KINDS[kind].title}; is it of this kind ({', '.join(KINDS)})?"
-            + "".join(f"; {remark}" for remark in log.remarks),
-            "format",
-        )
+        what = f"{path}: has no numbers with time stamps as {KINDS[kind].title}"
+        text = "; ".join([what, f"is it of this kind ({', '.join(KINDS)})?", *log.remarks])
+        raise log.fault or InputError(text, "format")
     period = log_map.time.clock(path.stem).wraps_every_s
     signals = {name: replace(s, times=stamps.unwrapped(s.times, period)) for name, s in log.signals.items()}
     return replace(log, signals=signals)

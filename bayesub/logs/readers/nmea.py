@@ -55,9 +55,8 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:  # noqa: ARG001
     if all(stamp is None for stamp in stamps) or uneven > SLACK_S:
         remarks += ["what stands before the sentences is no time, and theirs are taken"] if len(both) else []
         stamps = inner
-    times = _spread(stamps, path)
     collection = Collection()
-    for time, (_, message) in zip(times, sentences, strict=True):
+    for time, (_, message) in zip(_spread(stamps, path), sentences, strict=True):
         head = f"{getattr(message, 'talker', '')}{getattr(message, 'sentence_type', '')}" or message.identifier()
         for name, value in _fields(message):
             collection.add(f"{head}.{name}", time, value, _UNITS.get(name, ""))

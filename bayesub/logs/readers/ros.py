@@ -30,7 +30,6 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
     Times are those of the header of a message, or else when the bag recorded it. A quaternion has ``roll``, ``pitch``
     and ``yaw`` beside it, in the axes of the message: x forward, y to port and z up, if it follows REP 103.
     """
-    highlevel = library("rosbags.highlevel", path)
     typesys = library("rosbags.typesys", path)
     store = typesys.get_typestore(typesys.Stores.LATEST)
     for place in map(Path, log_map.definitions):
@@ -42,7 +41,7 @@ def read(path: Path, log_map: LogMap) -> VehicleLog:
             store.register(typesys.get_types_from_msg(toml_files.read_text(file), f"{package}/msg/{file.stem}"))
     names = [section.signal for section in log_map.columns.values()]
     collection, undefined = Collection(), {}
-    with highlevel.AnyReader([path], default_typestore=store) as bag:
+    with library("rosbags.highlevel", path).AnyReader([path], default_typestore=store) as bag:
         connections = [c for c in bag.connections if not names or any(name.startswith(f"{c.topic}.") for name in names)]
         known = [c for c in connections if c.msgtype in bag.typestore.fielddefs]
         undefined = {c.topic: c.msgtype for c in connections if c not in known}

@@ -174,9 +174,8 @@ def _counted(
             begin = np.datetime64(int(zero + size * np.nanmin(numbers)), "s").item()
             remark = f"'{name}' is read with {line} and begins on {begin} UTC; [time] of the map can say otherwise"
         else:
-            likely = [
-                key for key in ("d", "h", "min", *reversed(COUNTS)) if STEP[0] <= seconds_in(key) * step <= STEP[1]
-            ]
+            known = ("d", "h", "min", *reversed(COUNTS))
+            likely = [key for key in known if STEP[0] <= seconds_in(key) * step <= STEP[1]]
             lines = " or ".join(f'unit = "{key}"' for key in likely or ["s"])
             message = f"column '{name}' of times goes from {low:.12g} to {high:.12g} by {step:.6g}; "
             raise InputError(f"{message}if these are no seconds, write {lines} under [time]", "missing", "time.unit")

@@ -71,8 +71,7 @@ def parts(path: Path, log_map: LogMap, progress: Progress = SILENT, most: float 
         unit_cells[k] = unit_cells[k] or unit
         names.append(name if name and name not in names else head or f"column_{k + 1}")
         if names[k] in names[:k]:
-            message = f"{path}: column '{head}' is given twice; rename one of them"
-            faults.append(InputError(message, "conflict", head))
+            faults.append(InputError(f"{path}: column '{head}' is given twice; rename one of them", "conflict", head))
             names[k] = f"{head}_{k + 1}"
     wanted = [section.signal.removeprefix(f"{path.stem}.") for section in log_map.columns.values()]
     # As the map has it, which may be as the file has it.
@@ -330,8 +329,7 @@ def _header(path: Path, lines: list[Line], separator: str, n_columns: int) -> tu
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
     """``Depth [m]``, ``Depth (m)``, ``Depth / m`` or ``depth_m`` taken apart; the last keeps its name."""
-    match = re.match(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$", cell)
-    if match:
+    if match := re.match(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|\s/\s(\S+))\s*$", cell):
         return match[1], next((part for part in match.groups()[1:] if part), "").strip()
     end = cell.rpartition("_")[2]
     return cell, units.of_column(cell) if len(end) > 1 or end == "m" else ""
@@ -343,8 +341,7 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
     lower, top = {re.sub(r"\W+", "_", name.lower()): k for name, k in places.items()}, cache(lambda: next(frames))
 
     def given(signal: str, key: str) -> int:
-        message = f"has no column '{signal}', the {key} of [time]"
-        check_known(_plain(signal), places, message, key=f"time.{key}")
+        check_known(_plain(signal), places, f"has no column '{signal}', the {key} of [time]", key=f"time.{key}")
         return places[_plain(signal)]
 
     parts = [[lower[name] for name in part if name in lower][:1] for part in PARTS]
@@ -368,8 +365,7 @@ def _time_columns(frames: Iterator[Any], names: list[str], heads: list[str], clo
             return (typed[0],)
         ascends = [name for k, name in enumerate(names) if (np.diff(as_numbers(frame[k])) > 0).all()]
         some = f'such as signal = "{ascends[0]}", which ascends' if ascends else f"one of {', '.join(names[:8])}"
-        message = f"which column is the time? give [time] signal in the map, {some}"
-        raise InputError(message, "missing", "time.signal")
+        raise InputError(f"which column is the time? give [time] signal in the map, {some}", "missing", "time.signal")
     if time in split:
         return time, split[time]
     if clock.date is not None:

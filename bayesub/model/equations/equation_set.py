@@ -221,8 +221,7 @@ class EquationSet:
 
     def factors(self, length_m: float, water_density_kgm3: float, speed_mps: float) -> np.ndarray:
         """(n_terms,) what makes each coefficient dimensional: (rho/2) l^a U^b, or 1."""
-        powers = np.array([term.length_power for term in self.terms])
-        factors = 0.5 * water_density_kgm3 * length_m**powers
+        factors = 0.5 * water_density_kgm3 * length_m ** np.array([term.length_power for term in self.terms])
         speed_powers = np.array([term.speed_power for term in self.terms])
         if self.speed == "trial" and speed_powers.any():
             factors = factors * speed_mps**speed_powers
@@ -249,8 +248,7 @@ class EquationSet:
         state[0, positions("u")] = speed_mps
         controls = np.zeros((1, len(self.controls) + 1))
         controls[0, -1] = speed_mps
-        constants = self.constants(speed_mps, hull)
-        along = self.regressors(state, np.zeros((1, 6)), controls, constants)["X"][0]
+        along = self.regressors(state, np.zeros((1, 6)), controls, self.constants(speed_mps, hull))["X"][0]
         factors = self.factors(length_m, water_density_kgm3, speed_mps)[: len(along)]  # surge comes first
         # The power of a NumPy integer, as in `factors`: that of a Python integer may round otherwise.
         unit = 0.5 * water_density_kgm3 * length_m ** np.array([2])[0]

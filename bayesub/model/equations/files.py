@@ -220,10 +220,8 @@ def _term(name: str, axis: str, section: TermSection, speed: str, controls) -> T
     label = section.label if section.label.startswith("$") else f"${section.label}$"
     # An added mass is known by its text, which may have been written as "vdot*1".
     text = next((symbol for symbol in parsed.symbols if symbol in ACCELERATIONS), section.regressor.strip())
-    return Term(
-        name, axis, text, parsed, section.length_power or 0, section.speed_power, section.unit, label,
-        section.meaning,
-    )  # fmt: skip
+    powers = section.length_power or 0, section.speed_power
+    return Term(name, axis, text, parsed, *powers, section.unit, label, section.meaning)
 
 
 def _check_motions(equations: EquationSet) -> None:
@@ -232,10 +230,9 @@ def _check_motions(equations: EquationSet) -> None:
         return
     for term in equations.terms:
         if term.name not in equations.subproblems["horizontal"]:
-            raise ValueError(
-                f"terms.{term.axis}.{term.name}: degrees_of_freedom = 3 are surge, sway and yaw, with forces X, Y and "
-                "N of u, v, r and controls other than planes; leave the term out or set degrees_of_freedom = 6"
-            )
+            what = f"terms.{term.axis}.{term.name}: degrees_of_freedom = 3 are surge, sway and yaw, with forces X, Y "
+            what += "and N of u, v, r and controls other than planes"
+            raise ValueError(f"{what}; leave the term out or set degrees_of_freedom = 6")
 
 
 def _check_scales(equations: EquationSet) -> None:
@@ -247,10 +244,8 @@ def _check_scales(equations: EquationSet) -> None:
             _check_unit(term, controls, forces)
             continue
         if forces:
-            raise ValueError(
-                f'terms.{term.axis}.{term.name}: {forces[0]} is a force in N already; give unit, such as unit = "1", '
-                "in place of length_power"
-            )
+            what = f"terms.{term.axis}.{term.name}: {forces[0]} is a force in N already"
+            raise ValueError(f'{what}; give unit, such as unit = "1", in place of length_power')
         metres, seconds = term.parsed.dimension(controls)
         if equations.speed == "trial":
             metres, seconds = metres + term.speed_power, seconds - term.speed_power
@@ -259,11 +254,10 @@ def _check_scales(equations: EquationSet) -> None:
         if (metres, seconds) != (wanted, -2):
             speed = seconds + 2  # powers of the speed that are too few
             length = term.length_power + wanted - metres - speed
-            raise ValueError(
-                f"terms.{term.axis}.{term.name}: (rho/2) l^{term.length_power} U^{term.speed_power} * {term.regressor} "
-                f"is no {'force' if wanted == 4 else 'moment'}; with length_power = {length} and "
-                f"speed_power = {term.speed_power + speed} it would be"
-            )
+            kind = "force" if wanted == 4 else "moment"
+            what = f"(rho/2) l^{term.length_power} U^{term.speed_power} * {term.regressor} is no {kind}"
+            remedy = f"with length_power = {length} and speed_power = {term.speed_power + speed} it would be"
+            raise ValueError(f"terms.{term.axis}.{term.name}: {what}; {remedy}")
 
 
 def _check_unit(term: Term, controls: dict[str, tuple[int, int]], forces: list[str]) -> None:
@@ -280,10 +274,9 @@ def _check_unit(term: Term, controls: dict[str, tuple[int, int]], forces: list[s
     wanted -= sum(f.symbol in forces for f in term.parsed.factors if f.function != "sgn") * np.array(_BASE["N"])
     if (given != wanted).any():
         fit = " ".join(b if n == 1 else f"{b}^{n}" for b, n in zip(("kg", "m", "s"), wanted, strict=True) if n) or "1"
-        raise ValueError(
-            f"terms.{term.axis}.{term.name}: {term.regressor} with a coefficient in {unit} is no "
-            f"{'force' if term.axis in 'XYZ' else 'moment'}; in {fit} it would be"
-        )
+        kind = "force" if term.axis in "XYZ" else "moment"
+        what = f"terms.{term.axis}.{term.name}: {term.regressor} with a coefficient in {unit} is no {kind}"
+        raise ValueError(f"{what}; in {fit} it would be")
 
 
 def _check_independence(equations: EquationSet) -> None:
@@ -303,7 +296,5 @@ def _check_independence(equations: EquationSet) -> None:
             solution, *_ = np.linalg.lstsq(scaled[:, :k], scaled[:, k])
             others = [names[j] for j in np.flatnonzero(np.abs(solution) > 1e-6)]
             same = "is the same as" if len(others) == 1 else "depends linearly on"
-            raise ValueError(
-                f"terms.{axis}.{names[k]}: its regressor {same} that of {' and '.join(others)}, whatever the motion; "
-                "leave one out"
-            )
+            what = f"its regressor {same} that of {' and '.join(others)}, whatever the motion"
+            raise ValueError(f"terms.{axis}.{names[k]}: {what}; leave one out")

@@ -88,9 +88,8 @@ def source(equations: EquationSet, subproblem: str | None, external: bool = Fals
 class _Writer:
     def __init__(self, equations, subproblem, external):
         self.equations, self.subproblem, self.external = equations, subproblem, external
-        active = set(equations.active(subproblem=subproblem))
-        self.terms = [(k, term) for k, term in enumerate(equations.terms) if term.name in active]
-        self.active = active
+        self.active = set(equations.active(subproblem=subproblem))
+        self.terms = [(k, term) for k, term in enumerate(equations.terms) if term.name in self.active]
         self.steady = [(k, term) for k, term in enumerate(equations.terms) if not term.is_added_mass]
         self.controls = [*(control.symbol for control in equations.controls), "uc", *(EXTERNAL if external else ())]
         self.n_constants = 1 + 3 * equations.stations * equations.has_crossflow
@@ -158,10 +157,8 @@ class _Writer:
         return [*lines, "return (", *(f"    {column}," for column in columns), ")"]
 
     def _regressors(self) -> list[str]:
-        rows = [
-            f"    {term.parsed.code if term.name in self.active else '0.0'},  # {term.name}"
-            for term in self.equations.terms
-        ]
+        codes = {t.name: t.parsed.code if t.name in self.active else "0.0" for t in self.equations.terms}
+        rows = [f"    {code},  # {name}" for name, code in codes.items()]
         return [*self._values([term for _, term in self.terms]), "return (", *rows, ")"]
 
     def _control_slopes(self) -> list[str]:
@@ -183,13 +180,10 @@ class _Writer:
             needed = symbols | ({"uc"} if "duc" in symbols else set())
             if control in needed or (of_external and control in EXTERNAL and control not in WEIGHTS):
                 lines.append(f"{control} = control[{k}]")
-        if symbols & {"U", "du"}:
-            lines.append("U = constant[0]")
-        if "nu" in symbols:
-            lines.append("nu = sqrt(v * v + w * w)")
+        lines += ["U = constant[0]"] if symbols & {"U", "du"} else []
+        lines += ["nu = sqrt(v * v + w * w)"] if "nu" in symbols else []
         if "V" in symbols:
-            lines.append("V = sqrt(u * u + v * v + w * w)")
-            lines.append("inverse_V = choose(V > 0.0, 1.0 / V, 0.0)")
+            lines += ["V = sqrt(u * u + v * v + w * w)", "inverse_V = choose(V > 0.0, 1.0 / V, 0.0)"]
         lines += ["du = u - U"] if "du" in symbols else []
         lines += ["duc = uc - u"] if "duc" in symbols else []
         if symbols & set(CROSSFLOW):
@@ -219,12 +213,8 @@ class _Writer:
                 # Local velocities are v + x r and w - x q; moments are x times the side force, -x times the normal.
                 for force, moment, of_moment in (("y", "n", "+"), ("z", "m", "-")):
                     v, w = f"{force}_v", f"{force}_w"
-                    for x, sign, slope in (
-                        ("v", "+", v),
-                        ("w", "+", w),
-                        ("q", "-", f"x * {w}"),
-                        ("r", "+", f"x * {v}"),
-                    ):
+                    slopes = (("v", "+", v), ("w", "+", w), ("q", "-", f"x * {w}"), ("r", "+", f"x * {v}"))
+                    for x, sign, slope in slopes:
                         turned = "+" if sign == of_moment else "-"
                         lines += [f"crossflow_{force}_{x} {sign}= {slope}"]
                         lines += [f"crossflow_{moment}_{x} {turned}= x * ({slope})"]
@@ -239,13 +229,5 @@ def _sum(target: str, parts: list[tuple[int, Term, str]], external: str = "") ->
     """Lines that assign the sum of coefficient times expression to `target`."""
     if not parts:
         return [f"{target} = {external or '0.0'}"]
-    signs = [""] + ["+ "] * (len(parts) - 1)
-    return [
-        f"{target} = (",
-        *(
-            f"    {sign}c[{k}] * ({expression})  # {term.name}"
-            for sign, (k, term, expression) in zip(signs, parts, strict=True)
-        ),
-        *([f"    + {external}"] if external else []),
-        ")",
-    ]
+    lines = [f"    {'+ ' if n else ''}c[{k}] * ({code})  # {term.name}" for n, (k, term, code) in enumerate(parts)]
+    return [f"{target} = (", *lines, *([f"    + {external}"] if external else []), ")"]

@@ -97,9 +97,7 @@ class Regressor:
             powers[factor.symbol] = powers.get(factor.symbol, 0) + step
             odd = factor.function in ("abs", "sgn") and factor.symbol not in _NEVER_NEGATIVE
             signs[factor.symbol] = (signs.get(factor.symbol, 0) + odd) % 2
-        return tuple(
-            sorted((symbol, power, signs[symbol]) for symbol, power in powers.items() if power or signs[symbol])
-        )
+        return tuple(sorted((name, power, signs[name]) for name, power in powers.items() if power or signs[name]))
 
     def derivative(self, variable: str) -> str:
         """Derivative by a velocity or a control, as it is written in kernels; empty if it is zero."""

@@ -153,8 +153,7 @@ def _draw_coefficients(figure, card):
 
 
 def _draw_data(card, path):
-    n_rows, n_params = len(card.channels) + 1, len(card.names)
-    width, row = max(11.7, 0.21 * n_params + 4.0), 0.27 * n_rows
+    width, row = max(11.7, 0.21 * len(card.names) + 4.0), 0.27 * (len(card.channels) + 1)
     with style.figure(path, width, 2 * row + 3.2) as figure:
         above, below = figure.subplots(2, 1)
         _draw_coverage(above, card)

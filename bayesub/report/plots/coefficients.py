@@ -120,8 +120,7 @@ def draw(
                 _draw_found(panel, one, some[:, rows], one.good[:, rows], (low, high))
             names = [posterior.names[k] for k in rows]
             symbols = star(names, reference[rows], equations)
-            both = [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)]
-            style.show_rows(panel, both, length)
+            style.show_rows(panel, [f"{name}   {symbol}" for name, symbol in zip(names, symbols, strict=True)], length)
             words = [f"{100 * value:.2g} %" if value < 1.0 else "> 100 %" for value in relative[rows]]
             style.write_beside(panel, places, words, "sd / mean")
             note = "" if np.all(reference) else "; * zero there: 1 + value / prior sd"

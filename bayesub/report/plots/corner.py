@@ -183,8 +183,7 @@ def draw(
     beyond = [np.any(np.abs(place(one.values) - 0.5) > 0.5, axis=1).sum() for one in found]
     handles = _handles(found, beyond, word)
     words = [handle.get_label() for handle in handles]
-    side = float(np.clip(6.4 / n, 0.8, 1.25))
-    size = n * side
+    size = n * float(np.clip(6.4 / n, 0.8, 1.25))
     wide = size + 0.95
     ncols = style.legend_columns(words, wide)
     top = 0.2 + 0.17 * -(-len(words) // ncols)
@@ -198,10 +197,8 @@ def draw(
             contours(axis, np.stack([column + SIDE * draws[:, column], row + SIDE * (1.0 - draws[:, row])], axis=1))
         _draw_marginals(axis, draws, quantiles)
         edges = [[place(side) for side in edge(prior, *chosen[[i, j]])] for j, i in zip(rows, columns, strict=True)]
-        x, y = (
-            np.stack([e[k][:, m] for e, m in zip(edges, at, strict=True)], axis=1)
-            for k, at in enumerate((columns, rows))
-        )
+        x = np.stack([across[:, k] for (across, _), k in zip(edges, columns, strict=True)], axis=1)
+        y = np.stack([up[:, k] for (_, up), k in zip(edges, rows, strict=True)], axis=1)
         inside = (np.abs(x - 0.5) < 0.5) & (np.abs(y - 0.5) < 0.5)
         x, y = (np.where(inside, at, np.nan) for at in (columns + SIDE * x, rows + SIDE * (1.0 - y)))
         axis.plot(x, y, **_EDGE)
@@ -254,18 +251,10 @@ def contours(axis: Axes, points: np.ndarray) -> None:
     rho = np.mean(scaled[:, 0] * scaled[:, 1])
     factor = np.array([[1.0, 0.0], [rho, max(np.sqrt(max(1.0 - rho**2, 0.0)), 1e-6)]])
     others, extent = set(axis.collections), axis.dataLim.frozen()
-    _hist2d()(
-        *np.linalg.solve(factor, scaled.T),
-        ax=axis,
-        bins=_CELLS,
-        range=[(-_CLOUD, _CLOUD)] * 2,
-        smooth=_SMOOTHING,
-        levels=SHARES,
-        plot_datapoints=False,
-        plot_density=False,
-        no_fill_contours=True,
-        contour_kwargs={"linewidths": 0.9},
-    )
+    options: dict[str, Any] = {"bins": _CELLS, "range": [(-_CLOUD, _CLOUD)] * 2, "smooth": _SMOOTHING, "levels": SHARES}
+    options |= dict.fromkeys(("plot_datapoints", "plot_density"), False)
+    options |= {"no_fill_contours": True, "contour_kwargs": {"linewidths": 0.9}}
+    _hist2d()(*np.linalg.solve(factor, scaled.T), ax=axis, **options)
     (lines,) = (drawn for drawn in axis.collections if drawn not in others)
     lines.set_array(None)  # whose colours would be those of the lines
     lines.set(facecolor=[_PALE, style.POSTERIOR], edgecolor=style.POSTERIOR)

@@ -84,8 +84,7 @@ def draw_actuators(
         if column.endswith("_deg") and np.any(values):
             axis.plot(times, np.degrees(values), color=colour, label=column.removesuffix("_deg").replace("_", " "))
     axis.set_ylabel("plane (deg)")
-    others = [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]
-    if others:
+    if others := [entry for entry in entries if not entry[0].endswith("_deg") and np.ptp(entry[1]) > 0.0]:
         right = axis.twinx()
         right.set_ylabel("of the largest")
         for column, values, colour in others:
@@ -231,9 +230,8 @@ def draw_disturbance(path: Paths, forces: InferredForces) -> None:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], forces.turning, [False]]).astype(int)))
     turns = np.append(forces.fine_times, forces.times[-1])[edges].reshape(-1, 2)  # when it turns fast, from .. to
     with style.figure(path, 9.0, 1.2 + 1.75 * n_axes, margins) as figure:
-        rows = figure.subplots(
-            n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw={"wspace": 0.24, "hspace": 0.14}
-        )
+        spaces = {"wspace": 0.24, "hspace": 0.14}
+        rows = figure.subplots(n_axes, 2, squeeze=False, sharex=True, width_ratios=[1.7, 1.0], gridspec_kw=spaces)
         figure.align_ylabels(rows)
         for k, (axis, (left, right)) in enumerate(zip(forces.axes, rows, strict=True)):
             for panel in (left, right):

@@ -134,8 +134,7 @@ def pose(request: Request) -> Question:
     if request.limits is not None:
         flights.refuse(family.straight())
     flights.allow(family.straight())
-    rivals = [name.removeprefix(APART) for name in request.wanted if name.startswith(APART)]
-    if rivals:
+    if rivals := [name.removeprefix(APART) for name in request.wanted if name.startswith(APART)]:
         vehicle_of = load_vehicle(rivals[0])
         if len({tuple(m.column for m in one.actuators.members) for one in (vehicle, vehicle_of)}) > 1:
             text = f"--for {APART}{rivals[0]}: '{vehicle_of.name}' has other controls than '{vehicle.name}', and would "

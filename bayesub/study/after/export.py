@@ -36,9 +36,8 @@ def _table(made) -> Callable[[FinishedRun, Path], None]:
     """The writer of a table of all parameters, histories of forces left out."""
 
     def write(run, path):
-        others = np.arange(len(run.posterior.names))
-        if run.study.disturbance is not None:
-            others = run.setup().problem.others
+        is_plain, n = run.study.disturbance is None, len(run.posterior.names)
+        others = np.arange(n) if is_plain else run.setup().problem.others
         write_text(path, made(run.posterior.part(others), run.vehicle.equations))
 
     return write

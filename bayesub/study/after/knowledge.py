@@ -23,8 +23,7 @@ from bayesub.study.new import files
 
 def coefficients(run: FinishedRun) -> list[int]:
     """Positions of the coefficients among the parameters of a posterior."""
-    index = run.vehicle.equations.index
-    return [k for k, name in enumerate(run.posterior.names) if name in index]
+    return [k for k, name in enumerate(run.posterior.names) if name in run.vehicle.equations.index]
 
 
 def known(run: FinishedRun) -> Knowledge:
@@ -65,8 +64,7 @@ def vehicle_file(run: FinishedRun, path: Path) -> str:
     `[prior] kind = "vehicle"` of another study reads it back.
     """
     study, posterior, knowledge = run.study, run.posterior, known(run)
-    source = toml_files.find(study.path(study.vehicle), "vehicles")
-    document = tomlkit.parse(toml_files.read_text(source))
+    document = tomlkit.parse(toml_files.read_text(toml_files.find(study.path(study.vehicle), "vehicles")))
     equations = document.get("equations")
     if isinstance(equations, str) and toml_files.is_path(equations):
         document["equations"] = files.relative(path, study.path(beside(study.vehicle, equations)))
@@ -80,8 +78,7 @@ def vehicle_file(run: FinishedRun, path: Path) -> str:
 
 def _head(run: FinishedRun, knowledge: Knowledge) -> list[str]:
     """The comment at the head of the file."""
-    posterior = run.posterior
-    others = [name for name in posterior.names if name not in knowledge.names]
+    others = [name for name in run.posterior.names if name not in knowledge.names]
     lines = [
         f"The posterior of {len(knowledge.names)} coefficients by the study '{run.study.name}', taken as normal: "
         '[prior] kind = "vehicle" of another study starts from it. The digits are needed, where combinations are known '

@@ -135,10 +135,8 @@ def log_likelihoods(seconds: float) -> list[dict[str, Any]]:
 
 def starts() -> dict[str, float]:
     """Time (s) from starting Python to the end of a first simulation, with an empty cache and with a filled one."""
-    script = (
-        "from bayesub import load_manoeuvre, load_vehicle, simulate; boat = load_vehicle('suboff'); "
-        "simulate(boat, load_manoeuvre('horizontal', boat))"
-    )
+    script = "from bayesub import load_manoeuvre, load_vehicle, simulate; boat = load_vehicle('suboff'); "
+    script += "simulate(boat, load_manoeuvre('horizontal', boat))"
     with tempfile.TemporaryDirectory() as cache:
         run = partial(with_python, "-c", script, NUMBA_CACHE_DIR=cache)
         return {name: timeit.timeit(run, number=1) for name in ("cold_s", "warm_s")}

@@ -171,8 +171,7 @@ _KINDS: dict[str, Callable[[Path], Examined]] = {
         "logs.log_map:read_map", lambda m: f"map of logs{f' of kind {m.kind}' * bool(m.kind)} to {', '.join(m.columns)}"
     ),
     "kind": _plain(
-        "model.manoeuvre_files:read_manoeuvre",
-        lambda file: f"manoeuvre '{file.name}' of kind {file.kind}, {file.duration_s:g} s",
+        "model.manoeuvre_files:read_manoeuvre", lambda m: f"manoeuvre '{m.name}' of kind {m.kind}, {m.duration_s:g} s"
     ),
     "sensors": _instruments,
     "disturbance": _plain(
@@ -248,10 +247,8 @@ def _cost(setup: "Setup") -> str:
         f"{one.warm_up_s:.4g} s{_failure(one.problem, one.problem.prior.mean)}; "
         for one in setup.unseen
     )
-    return (
-        f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {unseen}{_disturbance(problem)}"
-        f"{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
-    )
+    text = f"study '{setup.study.name}': {setup.vehicle.name}, {trials}; {unseen}{_disturbance(problem)}"
+    return f"{text}{rate:.0f} log posteriors a second, so a million take {1e6 / rate:.0f} s"
 
 
 def _trial(name: str, problem, trial, centre) -> str:
@@ -261,10 +258,8 @@ def _trial(name: str, problem, trial, centre) -> str:
     forces = None if trial.truth is None else trial.truth.simulator.forces
     truth = "" if forces is None else f", truth disturbed on {' '.join(forces.axes)}"
     left_out = f" ({trial.n_left_out} outside the controls left out)" if trial.n_left_out else ""
-    return (
-        f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}, "
-        f"step {problem.simulator.step:g} s{truth}{_failure(problem, centre)}"
-    )
+    text = f"{f'{name}: ' if name else ''}{trial.manoeuvre.name}, {unknown}, {len(problem.readings)} readings{left_out}"
+    return f"{text}, step {problem.simulator.step:g} s{truth}{_failure(problem, centre)}"
 
 
 def _disturbance(problem) -> str:
@@ -275,13 +270,12 @@ def _disturbance(problem) -> str:
     trials = [p for _, p, _ in problem.each_trial(problem.prior.mean)]
     if trials[0].forward.disturbances is None:
         return ""
-    unknown = trials[0].forward.disturbances.unknown
     try:
         rms = hull_force_rms([p.simulator for p in trials])
     except InputError:  # the boat of the file fails, and there is no share
         rms = None
     knots = ", ".join(str(len(p.forward.disturbances.knots.times)) for p in trials)
-    process, inferred = central(unknown, trials[0].vehicle)
+    process, inferred = central(trials[0].forward.disturbances.unknown, trials[0].vehicle)
     return f"disturbance {in_words(process, rms, inferred)}, {knots} knots; "
 
 
