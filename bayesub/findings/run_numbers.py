@@ -119,7 +119,7 @@ def _convergence(posterior) -> dict:
         "converged": posterior.converged,
         "n_parameters": len(posterior.names),
         "shortcomings": list(posterior.shortcomings),
-        "criteria": vars(posterior.criteria),
+        "criteria": {key: limit for key, limit in vars(posterior.criteria).items() if key != "look"},
         "max_rhat": float(posterior.rhat.max()),
         **{f"min_{name}": float(getattr(posterior, name).min()) for name in ("bulk_ess", "tail_ess")},
         "max_tau_steps": float(posterior.tau.max()),
