@@ -21,7 +21,7 @@ from bayesub.inference.interface import Sampled
 from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterior_file, sample
 from bayesub.inference.sampling import cross_check as compare_with_nuts
 from bayesub.inference.sampling.histories import foretold_seconds
-from bayesub.inference.sampling.posterior import JUDGED_STEPS, N_ENSEMBLES
+from bayesub.inference.sampling.posterior import JUDGED_STEPS, N_ENSEMBLES, STANDARD
 from bayesub.inference.sampling.sampler import N_WALKERS
 from bayesub.io import seeds, toml_files
 from bayesub.io.atomic import write_text
@@ -157,7 +157,7 @@ def sample_posterior(
 def criteria(setup: Setup) -> Criteria:
     """When a posterior of the study has converged."""
     sampler = setup.study.sampler
-    return Criteria(sampler.rhat, sampler.ess, sampler.taus, look=sampler.look)
+    return Criteria(sampler.rhat, sampler.ess, sampler.taus, look=sampler.look or STANDARD.look)
 
 
 def refuse_misread(setup: Setup, progress: Progress) -> None:

@@ -150,7 +150,7 @@ class SamplerSection(Section):
     rhat: float = pydantic.Field(default=1.01, gt=1.0)
     ess: Positive = 400.0
     taus: Positive = 25.0
-    look: int = pydantic.Field(default=100, ge=10)
+    look: int | None = pydantic.Field(default=None, ge=10)
     # coefficient -> value, as of a run of fewer trials, from where the mode is searched first
     start: dict[str, float] = pydantic.Field(default_factory=dict)
 
