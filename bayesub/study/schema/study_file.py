@@ -152,7 +152,7 @@ class SamplerSection(Section):
     taus: Positive = 25.0
     look: int | None = pydantic.Field(default=None, ge=10)
     # coefficient -> value, as of a run of fewer trials, from where the mode is searched first
-    start: dict[str, float] = pydantic.Field(default_factory=dict)
+    start: dict[str, float] | None = None
 
 
 class Study(TrialKeys):
