@@ -8,14 +8,15 @@ starboard and 5 % to port, each nearer than published, with 90 % intervals that 
 hold all four. The noise of the readings is taken for ten times that of the sensors, since errors of the equations are
 alike for minutes: with half a decade more or less HSVA's left-out zig-zags are followed worse. The prior is the
 published model in motions that include circles, its constants known to a fifth, its form to a tenth; MARIN's tests had
-been seen when its terms were chosen. With a form known to three tenths, for which the tracks of HSVA's left-out
-zig-zags speak, the diameter to port is more than 5 % too large. Of four zig-zags the posterior is on eight of fifteen
-unseen runs at least as good as the best of three other methods, in heading and in track, and its 90 % bands hold 75 to
-99 % of the readings of HSVA's other runs. Where the rudder reverses at a heading of one degree, and with ten degrees of
-rudder at five, a tenth of a degree of rudder turns the heading by more than five.
-Cost: over an hour, most of it to leave one zig-zag out at a time. The data are not ours to give: the environment
-variable BAYESUB_KVLCC2 names a folder with HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it the study
-is skipped, and with --quick too.
+been seen when its terms were chosen, and were looked at beside others when the noise was. With a form known to three
+tenths, for which the tracks of HSVA's left-out zig-zags speak, the diameter to port is more than 5 % too large. Of four
+zig-zags the posterior is on eight of fifteen unseen runs at least as good as the best of three other methods, in
+heading and in track, and its 90 % bands hold 75 to 99 % of the readings of HSVA's other runs. Where the rudder reverses
+at a heading of one degree, and with ten degrees of rudder at five, a tenth of a degree of rudder turns the heading by
+more than five.
+Cost: half an hour to an hour, half of it to leave one zig-zag out at a time. The data are not ours to give: the
+environment variable BAYESUB_KVLCC2 names a folder with HSVA_CPMC_KVLCC2_Z_*.dat and MARIN_FREE_KVLCC2_*.dat; without it
+the study is skipped, and with --quick too.
 """
 
 import os
