@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from bayesub.io import copies, templates
+from bayesub.io import templates
 from bayesub.io.atomic import write_text
 from bayesub.io.terminal import SILENT, Progress
+from bayesub.report import copies
 
 PLACE = '<nav aria-label="Contents"></nav>'
 _HEADING = re.compile(r"<h2>(.*?)</h2>")

@@ -13,8 +13,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bayesub.io import copies
 from bayesub.io.atomic import replacing
+from bayesub.report import copies
 
 TRUTH = "#000000"
 POSTERIOR = "#0072B2"

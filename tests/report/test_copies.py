@@ -4,14 +4,15 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from functools import partial
 
 import numba
 import pytest
 
-from bayesub.io import copies
 from bayesub.io.errors import InputError
+from bayesub.report import copies
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="copies of a process are made on Linux only")
 
@@ -94,10 +95,36 @@ def test_a_block_that_is_interrupted_leaves_whole_files_and_no_process(tmp_path)
         os.kill(process, 0)
 
 
+@SEVERAL
+def test_threads_have_blocks_of_their_own_and_one_within_another_adds_nothing(tmp_path):
+    """A block that ends in one thread, or within another, leaves the other its processes."""
+    begun, ended = threading.Event(), threading.Event()
+
+    def other():
+        with copies.beside():
+            copies.do(partial(name_the_process, tmp_path / "other"))
+            begun.set()
+            ended.wait(10.0)
+            copies.do(partial(name_the_process, tmp_path / "later"))
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    begun.wait(10.0)
+    with copies.beside():
+        copies.do(partial(name_the_process, tmp_path / "one"))
+        with copies.beside():
+            copies.do(partial(name_the_process, tmp_path / "two"))
+        copies.do(partial(name_the_process, tmp_path / "three"))
+    ended.set()
+    thread.join()
+    named = [(tmp_path / name).read_text() for name in ("one", "two", "three", "other", "later")]
+    assert len({*named, str(os.getpid())}) == 6
+
+
 DRAWN = """
 import sys
 from pathlib import Path
-from bayesub.io import copies
+from bayesub.report import copies
 from bayesub.report.plots import style
 with copies.beside():
     for name in ("one", "two"):

@@ -4,6 +4,7 @@ import os
 import select
 import signal
 import sys
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ from contextlib import contextmanager
 import numba
 
 PATIENCE_S = 60.0  # with a copy that does not end: a lock that was held when it was made is never released in it
-_running: list[tuple[int, Callable[[], None]]] | None = None  # processes and what they do; None: all is done here
+_here = threading.local()  # of each thread `running`, processes and what they do, within a block
 
 
 @contextmanager
@@ -21,30 +22,32 @@ def beside() -> Iterator[None]:
     By as many processes as numba has threads, on Linux, where a copy of a process with threads can draw and write
     files. What fails there is done again here, where its error is raised.
     """
-    global _running
-    _running = [] if sys.platform == "linux" and numba.get_num_threads() > 1 else None
+    if sys.platform != "linux" or numba.get_num_threads() == 1 or hasattr(_here, "running"):
+        yield
+        return
+    _here.running = []
     try:
         yield
-        while _running:
+        while _here.running:
             _end()
     finally:
-        for process, _ in _running or ():  # of a block that ended early, whose files are made whole
+        for process, _ in _here.running:  # of a block that ended early, whose files are made whole
             _has_done(process)
-        _running = None
+        del _here.running
 
 
 def do(work: Callable[[], None]) -> None:
     """Do what leaves nothing but files: beside this process in a block of :func:`beside`, otherwise here."""
-    if _running is None:
+    if not hasattr(_here, "running"):
         work()
         return
-    if len(_running) >= numba.get_num_threads():
+    if len(_here.running) >= numba.get_num_threads():
         _end()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of copies of a process with threads
         process = os.fork()
     if process:
-        _running.append((process, work))
+        _here.running.append((process, work))
         return
     status = 1
     try:
@@ -56,7 +59,7 @@ def do(work: Callable[[], None]) -> None:
 
 
 def _end():
-    process, work = (_running or []).pop(0)
+    process, work = _here.running.pop(0)
     if not _has_done(process):
         work()
 
