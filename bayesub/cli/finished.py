@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from bayesub.cli import arguments
-from bayesub.cli.arguments import MANOEUVRE, PATH, plane
+from bayesub.cli.arguments import MANOEUVRE, PATH, RUN, plane
 from bayesub.cli.run import end, interrupted, tell
 from bayesub.io.terminal import Bars, console, say, say_rows
 
@@ -16,7 +16,7 @@ FORMATS = ("vehicle", "csv", "netcdf", "parquet", "latex", "markdown", *SIMULATO
 
 
 @click.command(epilog="Example: bayesub report runs/quickstart --pdf")
-@click.argument("folder", type=PATH, metavar="DIR")
+@click.argument("folder", **RUN, metavar="DIR")
 @arguments.pdf_option
 @click.option("--run-code", is_flag=True, help="Run Python code that the run folder keeps or names, if you trust it.")
 @click.option(
@@ -38,7 +38,7 @@ def report(folder: Path, pdf: bool, study: Path | None, run_code: bool, verbose:
 
 
 @click.command(epilog="Example: bayesub export runs/quickstart -o known.toml")
-@click.argument("run", type=PATH, metavar="RUN")
+@click.argument("run", **RUN, metavar="RUN")
 @click.option("-o", "--output", type=PATH, required=True, metavar="FILE", help="File to write or to replace.")
 @click.option("--as", "wanted", type=click.Choice(FORMATS), help="Format; if left out, by the suffix of FILE.")
 @click.option("--fleet", type=click.IntRange(0), default=0, metavar="N", help="N draws, a file each, for a simulator.")
@@ -71,7 +71,7 @@ def export(run: Path, output: Path, wanted: str | None, fleet: int, seed: int) -
 
 
 @click.command(epilog="Example: bayesub predict runs/quickstart zigzag_20_20 -o predicted")
-@click.argument("run", type=PATH, metavar="RUN")
+@click.argument("run", **RUN, metavar="RUN")
 @click.argument("manoeuvre", metavar="MANOEUVRE|LOG", shell_complete=MANOEUVRE["shell_complete"])
 @arguments.page_folder
 @click.option(
@@ -124,7 +124,7 @@ def predict(
 
 
 @click.command(epilog="Example: bayesub update runs/trial second_dive.csv -o runs/two_trials")
-@click.argument("run", type=PATH, metavar="RUN")
+@click.argument("run", **RUN, metavar="RUN")
 @click.argument("log", type=PATH, metavar="LOG")
 @click.option("-o", "--output", type=PATH, required=True, metavar="DIR", help="Folder of the new run.")
 @click.option("--resume", is_flag=True, help="Continue an interrupted update, bit for bit.")
@@ -156,7 +156,7 @@ def update(run: Path, log: Path, output: Path, resume: bool, force: bool, pdf: b
 
 
 @click.command("next", epilog="Example: bayesub next runs/quickstart --for Yuv --for Nuv -o next.csv")
-@click.argument("run", type=PATH, metavar="RUN")
+@click.argument("run", **RUN, metavar="RUN")
 @click.option("--for", "wanted", multiple=True, metavar="NAME", help="Coefficient or quantity to know; repeatable.")
 @click.option("--limits", type=PATH, metavar="FILE", help="Of boat, crew and range (bayesub new limits).")
 @click.option("-o", "--output", type=PATH, metavar="FILE", help="Write the manoeuvre as a control history in CSV.")
@@ -194,7 +194,7 @@ def next_(
 
 
 @click.command(epilog="Example: bayesub compare runs/quickstart runs/longer -o compared")
-@click.argument("runs", type=PATH, metavar="RUN RUN ..", nargs=-1, required=True)
+@click.argument("runs", **RUN, metavar="RUN RUN ..", nargs=-1, required=True)
 @arguments.page_folder
 @click.option("--manoeuvre", **MANOEUVRE, help="That all predict; if left out, of the first run, or zigzag_20_20.")
 @arguments.of_predictions

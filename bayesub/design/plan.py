@@ -201,12 +201,16 @@ def best(answers: dict[str, Found]) -> str:
 
 
 def with_ready_made(found: Prescription, flights: Range) -> Prescription:
-    """The same with the best within the limits of the built-in manoeuvres and of random ones of the first seeds."""
+    """The same with the best within the limits of the built-in manoeuvres and of random ones of the first seeds.
+
+    The manoeuvre of the last trial is not among them: to fly it again is a way of its own.
+    """
     known, judge = {}, found.judge
     for name in (*toml_files.built_in("manoeuvres"), *(f"random:{seed}" for seed in range(1, N_RANDOM + 1))):
         with suppress(InputError):  # about controls that this boat does not have
             manoeuvre = load_manoeuvre(name, judge.vehicle)
-            if len({manoeuvre.subproblem, judge.subproblem} - {None}) < 2:  # planes that agree
+            planes_agree = len({manoeuvre.subproblem, judge.subproblem} - {None}) < 2
+            if planes_agree and manoeuvre.name != found.again.name:
                 known[name] = manoeuvre, judge.information(manoeuvre)[0]
     for name in sorted(known, key=lambda name: found.goal(known[name][1])):
         manoeuvre, information = known[name]

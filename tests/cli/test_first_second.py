@@ -74,3 +74,10 @@ def test_a_mistake_shows_at_once(tmp_path, name):
     status, heavy, err = imports(["check", name], tmp_path)
     assert (status, heavy, err.count("\n")) == (2, [], 1)
     assert name in err
+
+
+@pytest.mark.parametrize("words", ["report", "export -o x.toml", "next", "compare -o x"])
+def test_a_folder_that_is_no_run_is_refused_at_once(tmp_path, words):
+    status, heavy, err = imports([*words.split(), "nowhere"], tmp_path)
+    assert (status, heavy, err.count("\n")) == (2, [], 1)
+    assert "nowhere: is not a run folder" in err

@@ -2,11 +2,13 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support import refusals
 
+from bayesub.design.plan import with_ready_made
 from bayesub.findings.verdicts import IN_CONFLICT, STATUS, in_words
 from bayesub.inference.sampling import posterior_file
 from bayesub.io.errors import InputError
@@ -84,8 +86,20 @@ def test_the_ready_made_manoeuvre_is_the_best_that_keeps_the_limits(finished):
         if flights.penalty(flights.margins(manoeuvre)) == 0.0:
             allowed[name] = found.goal(found.judge.information(manoeuvre)[0])
     assert len(allowed) > 5
+    allowed.pop(found.again.name, None)  # which is "the last trial again"
     assert way == f"the manoeuvre {min(allowed, key=allowed.get)}"
     assert found.goal(found.ways[way]) == pytest.approx(min(allowed.values()), rel=1e-12)
+
+
+def test_the_manoeuvre_that_was_flown_is_not_proposed_as_another(finished):
+    """The best of all, once it has been flown, gives way to the next."""
+    run = finished_run(finished())
+    found, flights = prescription(run.setup(), run.posterior)
+    (best,) = (way.removeprefix("the manoeuvre ") for way in found.ways if way.startswith("the manoeuvre "))
+    before = replace(found, ways={}, again=load_manoeuvre(best, run.vehicle))
+    (way,) = with_ready_made(before, flights).ways
+    assert way.startswith("the manoeuvre ")
+    assert way != f"the manoeuvre {best}"
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from bayesub.study.run import script
 from bayesub.study.run.infer import DERIVED, ESTIMATES, POSTERIOR, conclude, read_back, saved_estimates
 from bayesub.study.run.prepare import Setup, prepare
 from bayesub.study.run.result import AGAIN, NUMBERS, StudyResult, load_result
-from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, saved_config
+from bayesub.study.run.run_folder import CONFIG, CROSS_CHECK, RunContext, config_of_run
 from bayesub.study.schema.sensor_section import with_columns
 from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_section import CheckSection
@@ -121,9 +121,7 @@ def config_of_study(folder: Path, advice: str = "give the folder of the run of a
 
     In the advice ``{}`` is the command that writes the page of that folder again.
     """
-    config = saved_config(folder)
-    if config is None:
-        raise InputError(f"{folder}: is not a run folder, there is no {CONFIG} of a run", "state", CONFIG)
+    config = config_of_run(folder)
     for key, command in OTHERS.items():
         if key in config:
             raise InputError(f"{folder}: is a {key}; {advice.format(command)}", "state", key)

@@ -11,6 +11,7 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.problem.nuisance import INITIAL
 from bayesub.study.after.finished_run import FinishedRun, finished_run
+from bayesub.study.after.knowledge import coefficients
 from bayesub.study.schema.sensor_section import FAULTS
 from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_section import CheckSection, TrialKeys
@@ -46,8 +47,7 @@ def updated(folder: Path, log: Path) -> Study:
         new |= {} if trial.manoeuvre.subproblem is None else {"subproblem": trial.manoeuvre.subproblem}
     content |= {"trials": [*trials, new], "name": f"{study.name}_{new['name']}", "prior": _prior(run, content["prior"])}
     content["check"] = [one for one in content.pop("check", ()) if not _is(study, one.get("data"), log)]
-    means = zip(run.posterior.names, run.posterior.mean.tolist(), strict=True)
-    start = {name: mean for name, mean in means if name in run.vehicle.equations.index}
+    start = {run.posterior.names[k]: float(run.posterior.mean[k]) for k in coefficients(run)}
     content["sampler"] = content.get("sampler", {}) | {"look": LOOK, "start": start}
     content["baselines"] = {"linear_least_squares": False, "sqp_starts": 0}
     both = toml_files.validate(content, Study, f"{folder} with {log}")

@@ -44,6 +44,13 @@ def saved_config(folder: Path) -> dict | None:
     return config if {"sources_sha256", "script_sha256"} & config.keys() or config.keys() >= _OLD else None
 
 
+def config_of_run(folder: Path) -> dict:
+    """The configuration of the run in a folder; InputError if it holds none."""
+    if (config := saved_config(folder)) is None:
+        raise InputError(f"{folder}: is not a run folder, there is no {CONFIG} of a run", "state", CONFIG)
+    return config
+
+
 @contextmanager
 def open_folder(
     folder: Path,
