@@ -35,7 +35,7 @@ class Limits(Section):
     """
 
     model_config = pydantic.ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, Positive]
+    __pydantic_extra__: dict[str, Annotated[Positive, pydantic.Field(le=log_files.VAST)]]
 
     duration_s: Positive | None = None  # length of the trial; by default 44 ship lengths travelled
     min_rpm_percent: Percent = 50.0  # of the propeller speed that self-propels

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import bayesub as bs
@@ -75,6 +75,7 @@ def refusal(vehicle, path, kind, numbers):
     st.sampled_from(sorted(KINDS)),
     st.lists(st.floats(-1.5, 1.5), min_size=1, max_size=20),
 )
+@example({"ballast_n": 1.5e154}, "equipped", "curves", [1.0])  # whose square is no number
 @pytest.mark.slow
 def test_any_limits_of_any_boat(tmp_path_factory, content, name, kind, numbers):
     vehicle = vehicle_of(name)
