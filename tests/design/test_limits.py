@@ -148,6 +148,7 @@ def test_limits_that_straight_flight_breaks_are_refused_in_one_line(boat, limits
     [
         ("pitch_deg = -1.0", "value", "pitch_deg"),
         ("rudder_deg = 0.0", "value", "rudder_deg"),
+        ("rudder_deg = 1.5e154", "value", "rudder_deg"),
         ("surface_m = 50.0\nbottom_m = 10.0", "conflict", ""),
         ("min_speed_mps = 9.0\nmax_speed_mps = 1.0", "conflict", ""),
         ("min_rpm_percent = 120.0", "conflict", ""),
