@@ -17,7 +17,8 @@ from scipy import linalg
 
 from bayesub.kernels.jit import inline_exact, jit
 
-PLAIN, RICH = (8, 0), (12, 6)  # of the most active directions, that have products of three, and of four
+# Numbers of the most active directions that have products of three, and of four.
+PLAIN, RICH, RICHER = (8, 0), (12, 6), (20, 8)
 PLACES = 64  # at once
 
 

@@ -12,7 +12,7 @@ from bayesub.inference.checks import convergence
 from bayesub.inference.sampling.posterior import Criteria
 from bayesub.inference.sampling.sampler import search_mode
 from bayesub.io.errors import InputError
-from bayesub.problem.priors import Normal
+from bayesub.problem.priors import Normal, Uniform
 
 ENDLESS = Criteria(ess=1e12)  # never met, so that the length is max_steps
 
@@ -151,6 +151,16 @@ def test_simulations_and_jacobians_are_all_counted(suboff, spiral, spiral_track,
     assert posterior.jacobians == len(flights) > 20
     assert posterior.jacobian_price > 0.0
     assert posterior.work == posterior.evaluations + posterior.jacobians * posterior.jacobian_price
+
+
+@pytest.mark.parametrize(
+    ("prior", "n_walkers"), [(Normal(np.zeros(2), np.ones(2)), 16), (Uniform(-np.ones(2), np.ones(2)), 8)]
+)
+def test_ensembles_within_bounds_have_half_the_walkers(prior, n_walkers):
+    """By default; a number that is given counts."""
+    problem = Linear(np.eye(2), np.zeros(2), prior)
+    assert bs.sample(problem, rng=np.random.default_rng(1), max_steps=20).chain.shape[2] == n_walkers
+    assert bs.sample(problem, rng=np.random.default_rng(1), max_steps=20, n_walkers=5).chain.shape[2] == 5
 
 
 class Recorder:
