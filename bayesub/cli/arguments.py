@@ -70,11 +70,11 @@ def refuse_overwriting(output: Path, *inputs: Path | str | None) -> None:
         raise InputError(f"{output}: is what is read; choose another with -o", "conflict", "-o")
 
 
-def _with_run(_context: click.Context, _argument: click.Parameter, given: Path | tuple[Path, ...]) -> Any:
+def _with_run(_context: click.Context, _argument: click.Parameter, given: Path | tuple[Path, ...] | None) -> Any:
     """The folders as they are; InputError for one without a run, before all is imported that takes one up."""
     from bayesub.study.run.run_folder import config_of_run
 
-    for folder in [given] if isinstance(given, Path) else given:
+    for folder in [given] if isinstance(given, Path) else given or ():
         config_of_run(folder)
     return given
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from bayesub.cli import arguments
-from bayesub.cli.arguments import MANOEUVRE, PATH, VEHICLE, plane
+from bayesub.cli.arguments import MANOEUVRE, PATH, RUN, VEHICLE, plane
 from bayesub.cli.run import interrupted
 from bayesub.findings.verdicts import NOT_FLOWN, STATUS
 from bayesub.io import toml_files
@@ -146,7 +146,7 @@ def in_minutes(_context: click.Context, _option: click.Parameter, text: str | No
     help="known:10 (coefficients known to 10 %, the default), D, A, E, or names of coefficients and quantities; may be "
     "given several times.",
 )
-@click.option("--after", type=PATH, metavar="RUN", help="A run folder whose posterior is what is known before.")
+@click.option("--after", **RUN, metavar="RUN", help="A run folder whose posterior is what is known before.")
 @click.option("--family", "families", multiple=True, metavar="NAME", help="curves, steps, multisines or standard.")
 @click.option("--trials", type=click.IntRange(1, 20), default=1, show_default=True, help="Manoeuvres of one design.")
 @click.option(

@@ -76,7 +76,7 @@ def test_a_mistake_shows_at_once(tmp_path, name):
     assert name in err
 
 
-@pytest.mark.parametrize("words", ["report", "export -o x.toml", "next", "compare -o x"])
+@pytest.mark.parametrize("words", ["report", "export -o x.toml", "next", "compare -o x", "design auv690 -o x --after"])
 def test_a_folder_that_is_no_run_is_refused_at_once(tmp_path, words):
     status, heavy, err = imports([*words.split(), "nowhere"], tmp_path)
     assert (status, heavy, err.count("\n")) == (2, [], 1)
