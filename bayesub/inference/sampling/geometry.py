@@ -51,7 +51,7 @@ _DECADE = 10.0  # ratio of singular values within which coordinates do not bend 
 _BEND_WORTH = 0.3  # of the sd of what is left, that products of a bend must explain
 # Change of the residuals' slope, in posterior sd per posterior sd, that is worth a quadratic.
 _ACTIVE = 0.1  # at first
-_ACTIVE_WITHIN_WALLS = 1.0  # in bends, through which the normal of each wall that is hit is taken
+_ACTIVE_WITHIN_BOUNDS = 1.0  # in bends, through which the normal of each wall that is hit is taken
 _FINELY_ACTIVE = 0.04  # in the end
 _MOST_ACTIVE = 64  # directions, with whose products a polynomial of the residuals has some 2700 terms
 _JACOBIANS = 16  # that show in which directions they change; before 24
@@ -61,6 +61,11 @@ _SWEEPS = 100
 _BLOCKS = 0.9  # share of the sweeps that move few coordinates, within walls
 _FAR = 1e6  # prior sd; outside any bounds
 _STORED = ("mode", "singular_values", "basis", "active")
+
+
+def mostly_bounded(prior: InferencePrior) -> bool:
+    """Whether more than half of the parameters have bounds, so that walls are what a walk spends its time on."""
+    return bool(np.mean(np.isfinite(prior.scaled_form()[0])) > 0.5)
 
 
 def _active(changes, worth: float) -> np.ndarray:
@@ -214,7 +219,7 @@ class Geometry:
         """Fit the bends to draws z (n, n_params) from near the posterior."""
         stiff = self.singular_values[self.singular_values > _STIFF]
         self.bends, start = [], 0
-        worth = _ACTIVE_WITHIN_WALLS if self.blocks else _ACTIVE
+        worth = _ACTIVE_WITHIN_BOUNDS if mostly_bounded(self.prior) else _ACTIVE
         while start < len(stiff):
             stop = start + int(np.count_nonzero(stiff[start:] > stiff[start] / _DECADE))
             self.bends.append(Bend.fitted(z, start, stop, _active(self.changes[stop:, stop:], worth)))

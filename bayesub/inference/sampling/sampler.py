@@ -18,7 +18,7 @@ from bayesub.inference.baselines import posterior_mode
 from bayesub.inference.identifiability.linear_model import marginal_jacobian
 from bayesub.inference.interface import SMOOTH, Emulated, Forced, Modal, Progress, Sampled
 from bayesub.inference.sampling import checkpoint as store
-from bayesub.inference.sampling.geometry import Geometry, redrawn
+from bayesub.inference.sampling.geometry import Geometry, mostly_bounded, redrawn
 from bayesub.inference.sampling.histories import (
     HistoryGeometry,
     HistorySurrogate,
@@ -33,7 +33,7 @@ from bayesub.io.errors import InputError
 from bayesub.io.interrupts import deferred
 
 N_WALKERS = 16  # of an ensemble
-N_WITHIN_WALLS = 8  # where a step takes longest, and draws are enough long before the chain is as long as it must be
+N_WITHIN_BOUNDS = 8  # where a step takes longest, and draws are enough long before the chain is as long as it must be
 MOVE_SHARE = 0.02  # of the steps that go round the Laplace approximation; before 0.05
 MOVE_STEPS = (0.2, 0.5, 1.0)  # of these
 START_STEPS = (0.1, 0.2, 0.4, 0.8)  # of Crank-Nicolson, before a walker starts
@@ -89,7 +89,7 @@ def sample(
         :class:`bayesub.inference.interface.Forced` too
     rng : source of all random numbers
     n_ensembles : independent ensembles, four or more for R-hat
-    n_walkers : of each ensemble, by default 16, and 8 where the prior has bounds; they do not see each other
+    n_walkers : of each ensemble, by default 16, or 8 if most parameters have bounds; they do not see each other
     max_steps : of each ensemble
     criteria : of convergence
     checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
@@ -105,7 +105,7 @@ def sample(
     """
     check_class("sample: problem", problem, Emulated, key="problem")
     if n_walkers is None:
-        n_walkers = N_WITHIN_WALLS if np.isfinite(problem.prior.scaled_form()[0]).any() else N_WALKERS
+        n_walkers = N_WITHIN_BOUNDS if mostly_bounded(problem.prior) else N_WALKERS
     if n_ensembles < 1 or n_walkers < 2:
         text = f"sampler: at least one ensemble of two walkers is needed, found {n_ensembles} of {n_walkers}"
         raise InputError(text, "value", "n_ensembles" if n_ensembles < 1 else "n_walkers")

@@ -29,7 +29,7 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.inference.interface import Emulated, Modal, Progress
-from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.geometry import Geometry, mostly_bounded
 from bayesub.inference.sampling.hmc import log_densities, reflecting_trajectories, trajectories, with_gradients
 from bayesub.inference.sampling.polynomial import PLAIN, RICH, RICHER, Polynomials, features, fitted, n_features
 
@@ -74,13 +74,13 @@ _LEAST_POWER = 0.5  # of the emulated likelihood
 _REFINEMENTS = 6  # at most
 _JUDGED = 256  # draws of each that are simulated
 _GOOD = 0.8  # acceptance of these that is good enough
-_GOOD_WITHIN_WALLS = 0.7  # where a fit costs more, and those before are as rich
+_GOOD_WITHIN_BOUNDS = 0.7  # where a fit costs more, and those before are as rich
 _BETTER = 0.02  # rise of the acceptance with which refining goes on
 _LONG, _NORMAL = 100.0, 0.5  # length of the residuals and acceptance of draws with which a normal surrogate does
 # How it is computed.
 _BATCH = 512  # simulations at once
 _FEW, _PARTS = 32, 8  # walkers that one thread moves together, at least, and into how many parts at most
-_FEW_WITHIN_WALLS = 16  # whose walks are longer
+_FEW_WITHIN_BOUNDS = 16  # whose walks are longer
 
 
 class Surrogate:
@@ -95,6 +95,7 @@ class Surrogate:
         self.geometry, self.polynomials = geometry, polynomials
         self.flies, self.power = flies, power
         self._basis, self._prior = np.ascontiguousarray(geometry.basis), geometry.prior.scaled_form()
+        self.bounded = mostly_bounded(geometry.prior)
 
     @property
     def walled(self) -> bool:
@@ -266,7 +267,7 @@ def _refine(problem, surrogate, y, rng, seen, heat):
     """
     geometry, best = surrogate.geometry, 0.0
     active = geometry.finely_active()
-    degrees, good = (RICHER, _GOOD_WITHIN_WALLS) if surrogate.walled else (RICH, _GOOD)
+    degrees, good = (RICHER, _GOOD_WITHIN_BOUNDS) if surrogate.bounded else (RICH, _GOOD)
     n_wanted = _DRAWS * n_features(active.shape[0], active.shape[1], degrees) + _MORE
     for k in range(1, _REFINEMENTS + 1):
         n_stops = max(-(-(k * n_wanted - seen.n) // len(y)), 1)
@@ -297,7 +298,7 @@ def _walk(surrogate, y, random, taken=None, *, reflects, length, temperature=1.0
     Of those that are `taken` (n,), by default all. A few at a time in each thread, with random numbers of their own, so
     that the number of threads changes nothing, nor does which others are taken.
     """
-    n_parts = min(-(-len(y) // (_FEW_WITHIN_WALLS if surrogate.walled else _FEW)), _PARTS)
+    n_parts = min(-(-len(y) // (_FEW_WITHIN_BOUNDS if surrogate.bounded else _FEW)), _PARTS)
     streams = np.random.SeedSequence(int.from_bytes(random.bytes(16))).spawn(n_parts)
     target, (step_angles, n_steps) = surrogate.packed(temperature), reflecting
     taken = np.ones(len(y), dtype=bool) if taken is None else taken

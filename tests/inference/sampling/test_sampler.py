@@ -12,7 +12,7 @@ from bayesub.inference.checks import convergence
 from bayesub.inference.sampling.posterior import Criteria
 from bayesub.inference.sampling.sampler import search_mode
 from bayesub.io.errors import InputError
-from bayesub.problem.priors import Normal, Uniform
+from bayesub.problem.priors import Joint, Normal, Uniform
 
 ENDLESS = Criteria(ess=1e12)  # never met, so that the length is max_steps
 
@@ -153,12 +153,11 @@ def test_simulations_and_jacobians_are_all_counted(suboff, spiral, spiral_track,
     assert posterior.work == posterior.evaluations + posterior.jacobians * posterior.jacobian_price
 
 
-@pytest.mark.parametrize(
-    ("prior", "n_walkers"), [(Normal(np.zeros(2), np.ones(2)), 16), (Uniform(-np.ones(2), np.ones(2)), 8)]
-)
-def test_ensembles_within_bounds_have_half_the_walkers(prior, n_walkers):
-    """By default; a number that is given counts."""
-    problem = Linear(np.eye(2), np.zeros(2), prior)
+@pytest.mark.parametrize(("bounded", "n_walkers"), [(0, 16), (1, 16), (2, 8), (3, 8)])
+def test_ensembles_within_bounds_have_half_the_walkers(bounded, n_walkers):
+    """By default, if most parameters have bounds; a number that is given counts."""
+    of_each = [Uniform(-np.ones(1), np.ones(1))] * bounded + [Normal(np.zeros(1), np.ones(1))] * (3 - bounded)
+    problem = Linear(np.eye(3), np.zeros(3), Joint(tuple(of_each), tuple(np.arange(3)[:, None])))
     assert bs.sample(problem, rng=np.random.default_rng(1), max_steps=20).chain.shape[2] == n_walkers
     assert bs.sample(problem, rng=np.random.default_rng(1), max_steps=20, n_walkers=5).chain.shape[2] == 5
 
