@@ -22,11 +22,12 @@ import numpy as np
 from scipy import stats
 
 import bayesub as bs
+from bayesub.inference.sampling import search_from
 from bayesub.model.coefficients import HORIZONTAL
 from bayesub.problem import priors
 from bayesub.report import markdown
 from bayesub.report.plots import style
-from bayesub.study.after.update import LOOK
+from bayesub.study.after.update import LOOK, N_WALKERS
 from thesis import calibration
 
 VEHICLE, PLANE, SEED, STEP_S, FINER = "suboff", "horizontal", 45, 0.5, 10
@@ -44,7 +45,6 @@ MANOEUVRES = ("horizontal", "zigzag_20_20", "turning_circle", "zigzag_10_10", "h
 N_SISTERS, N_STRANGERS, N_CLASSES = 4, 2, 5  # of each class: boats after the first, others; and classes
 LOG_SPREAD = (np.log(0.1), 1.0)  # mean and sd of the prior of the log of the spread of an axis
 N_UPDATED, LOGS = 100, ("horizontal", "zigzag_20_20")  # boats with a second log, and what they fly
-N_WALKERS = 50  # of each of four ensembles: one for every draw that ranks count
 FALSE_ALARMS, HELD, GAIN = 0.01, (0.87, 0.93), 0.9
 N_DRAWS, N_STEPS = 400, 2000  # of the class, and steps of its sampler
 FIGURES = {
@@ -106,7 +106,7 @@ def planar():
 def updated(k):
     """Ranks of the truth of a boat of which no sister is known after its second log, fitted together with its first.
 
-    As ``bayesub update`` does it: the mode is searched from the posterior of the first log.
+    As ``bayesub update`` does it: search and learning begin at the posterior of the first log.
     """
     rng = np.random.default_rng([SEED, k, N_UPDATED])
     vehicle, names, columns, sizes = planar()
@@ -121,12 +121,7 @@ def updated(k):
     given = {"free": names, "prior": priors.relative_normal(ALONE), "dt": STEP_S}
     problems = {name: bs.Problem(vehicle, flown[name], records[name], **given) for name in LOGS}
     before = bs.sample(problems[LOGS[0]], rng=rng)
-    start = {name: mean for name, mean in zip(before.names, before.mean.tolist(), strict=True) if name in names}
-
-    def search(problem, rng):
-        return bs.baselines.posterior_mode(problem, rng=rng, start=start).values
-
-    began, joint = time.perf_counter(), bs.JointProblem(problems)
+    began, joint, search = time.perf_counter(), bs.JointProblem(problems), partial(search_from, before)
     posterior = bs.sample(joint, rng=rng, n_walkers=N_WALKERS, search=search, criteria=bs.Criteria(look=LOOK))
     seconds = time.perf_counter() - began
     truth = xi[vehicle.equations.columns(joint.names)]

@@ -109,6 +109,11 @@ class InferencePrior(Standard, Protocol):
         """(n, n_params) draws."""
 
 
+def mostly_bounded(prior: InferencePrior) -> bool:
+    """Whether more than half of the parameters have bounds, so that walls are what a walk spends its time on."""
+    return bool(np.mean(np.isfinite(prior.scaled_form()[0])) > 0.5)
+
+
 @runtime_checkable
 class CostCounter(Protocol):
     """Counts of what has been computed; all views of a problem share them."""

@@ -1,5 +1,7 @@
 """Gauss-Newton with the prior as extra residuals: the posterior mode and its Laplace approximation."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate, meter
@@ -14,7 +16,12 @@ _DAMPING = np.concatenate([[0.0], 10.0 ** np.arange(-4.0, 9.0)])
 
 @np.errstate(over="ignore", invalid="ignore")  # what runs away has an infinite cost, from which a search steps back
 def gauss_newton(
-    problem: Searchable, start: np.ndarray | None = None, *, tolerance: float = 1e-3, max_iterations: int = 60
+    problem: Searchable,
+    start: np.ndarray | None = None,
+    *,
+    tolerance: float = 1e-3,
+    max_iterations: int = 60,
+    enough: Callable[[float], bool] | None = None,
 ) -> Estimate:
     """Minimise ``deviance + |t|^2``, minus twice the log posterior but for a constant, by damped Gauss-Newton steps.
 
@@ -33,8 +40,9 @@ def gauss_newton(
 
     `start` (n_params,) is by default the middle of the prior. The search stops when an undamped step is shorter than
     `tolerance` posterior standard deviations, or when no step lowers the cost by as much as such a step would: at a
-    jump of the forces, undamped steps stay long. The Estimate has the covariance of the Laplace approximation, of all
-    parameters that are no white coordinates; its cost is the minimised sum of squares. ValueError if the start fails.
+    jump of the forces, undamped steps stay long. It stops too where its cost is `enough`. The Estimate has the
+    covariance of the Laplace approximation, of all parameters that are no white coordinates; its cost is the minimised
+    sum of squares. ValueError if the start fails.
     """
     spent, prior = meter(problem.costs), problem.prior
     t = np.zeros(problem.n_params) if start is None else prior.standard(np.asarray(start))
@@ -48,7 +56,7 @@ def gauss_newton(
         reduced = triangle(np.column_stack([linear.jacobian, linear.residuals]))
         u, s, vt = complete_svd(reduced[:, :-1])
         force = s * (u.T @ reduced[:, -1]) + vt @ t[linear.others]
-        if np.sqrt(np.sum(force**2 / (s**2 + 1.0)) + linear.gain) < tolerance:
+        if np.sqrt(np.sum(force**2 / (s**2 + 1.0)) + linear.gain) < tolerance or (enough is not None and enough(cost)):
             status = "converged"
             break
         stiffness = s**2 + 1.0 + _DAMPING[:, None]

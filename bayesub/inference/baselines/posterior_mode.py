@@ -20,7 +20,7 @@ import numpy as np
 
 from bayesub.inference.baselines.estimate import Estimate, meter
 from bayesub.inference.baselines.gauss_newton import gauss_newton
-from bayesub.inference.interface import Sampled
+from bayesub.inference.interface import Sampled, mostly_bounded
 from bayesub.io.arguments import checked
 from bayesub.io.errors import InputError
 
@@ -115,25 +115,34 @@ def _fits(problem, estimate) -> bool:
 
 
 def _best_of_starts(problem, rng) -> tuple[Estimate | None, bool]:
-    """The best of the searches from the prior, None if no simulation completes the record; whether two agree on it."""
-    best = _search(problem, None)
+    """The best of the searches from the prior, None if no simulation completes the record; whether two agree on it.
+
+    Within bounds the last of the way is long, and walkers need no more than to begin near the mode: a search ends
+    there, or where its cost is that of the one before.
+    """
+    options = _NEAR if mostly_bounded(problem.prior) else {}
+    best = _search(problem, None, **options)
+
+    def agrees(cost: float) -> bool:
+        return best is not None and abs(cost - best.costs[0]) < _SAME * problem.n_params
+
     for start in problem.prior.sample(rng, _SEARCHES):
-        other = _search(problem, start)
+        other = _search(problem, start, **options, **({"enough": agrees} if options else {}))
         if best is None or other is None:
             best = best or other
             continue
-        if abs(other.costs[0] - best.costs[0]) < _SAME * problem.n_params:
+        if agrees(other.costs[0]):
             return best, True
         best = min(best, other, key=lambda estimate: estimate.costs[0])
     return best, False
 
 
-def _search(problem, start) -> Estimate | None:
+def _search(problem, start, **options) -> Estimate | None:
     try:
         if not problem.heavy_tailed:
-            return gauss_newton(problem, start)
+            return gauss_newton(problem, start, **options)
         middle = problem.prior.parameters(np.zeros(problem.n_params))
-        return follow_noise(problem, middle if start is None else start)
+        return follow_noise(problem, middle if start is None else start, **options)
     except ValueError:  # the simulation fails there
         return None
 

@@ -28,6 +28,6 @@ those in x, from which z and y differ by a constant.
 
 from bayesub.inference.sampling.nuts import CrossCheck, cross_check
 from bayesub.inference.sampling.posterior import Criteria, Posterior
-from bayesub.inference.sampling.sampler import sample
+from bayesub.inference.sampling.sampler import sample, search_from
 
-__all__ = ["Criteria", "CrossCheck", "Posterior", "cross_check", "sample"]
+__all__ = ["Criteria", "CrossCheck", "Posterior", "cross_check", "sample", "search_from"]

@@ -29,7 +29,7 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.inference.identifiability.linalg import complete_svd, varimax
-from bayesub.inference.interface import Emulated, InferencePrior, LeastSquares
+from bayesub.inference.interface import Emulated, InferencePrior, LeastSquares, mostly_bounded
 from bayesub.inference.sampling.moves import crank_nicolson
 from bayesub.inference.sampling.polynomial import (
     PLACES,
@@ -61,11 +61,6 @@ _SWEEPS = 100
 _BLOCKS = 0.9  # share of the sweeps that move few coordinates, within walls
 _FAR = 1e6  # prior sd; outside any bounds
 _STORED = ("mode", "singular_values", "basis", "active")
-
-
-def mostly_bounded(prior: InferencePrior) -> bool:
-    """Whether more than half of the parameters have bounds, so that walls are what a walk spends its time on."""
-    return bool(np.mean(np.isfinite(prior.scaled_form()[0])) > 0.5)
 
 
 def _active(changes, worth: float) -> np.ndarray:
@@ -197,6 +192,21 @@ class Geometry:
         mode = np.zeros((n, self.n_params))
         sweep = partial(crank_nicolson, log_prob, steps=_STEPS, n_sweeps=_SWEEPS, blocks=self.blocks)
         return sweep(mode, log_prob(mode), rng)[0]
+
+    def draws_like(self, known: np.ndarray, rng: np.random.Generator, n: int) -> np.ndarray:
+        """Sampling coordinates (n, n_params) from near parameters (n_known, n_params), within the support of the prior.
+
+        What is not a number, in whole columns, is drawn as by the Laplace approximation given the others. The bends are
+        not made yet. If most of all this lies outside of the support, they are :meth:`draws`.
+        """
+        rows = rng.choice(known, n, replace=n > len(known))
+        missing = np.isnan(rows[0])
+        rows[:, missing] = self.prior.unscaled(self.mode)[missing]
+        steps, white = self.basis[~missing], rng.standard_normal(rows.shape)
+        ahead = (self.prior.scaled(rows) - self.mode)[:, ~missing] - white @ steps.T
+        y = white + ahead @ np.linalg.pinv(steps).T
+        inside = y[np.isfinite(self.log_prior(y))]
+        return rng.choice(inside, n, replace=len(inside) < n) if 2 * len(inside) > n else self.draws(rng, n)
 
     def find_active(self, problem: LeastSquares, rng: np.random.Generator) -> None:
         """Find the active directions from Jacobians at draws of the Laplace approximation."""

@@ -16,9 +16,9 @@ import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
 from bayesub.inference.identifiability.linear_model import marginal_jacobian
-from bayesub.inference.interface import SMOOTH, Emulated, Forced, Modal, Progress, Sampled
+from bayesub.inference.interface import SMOOTH, Emulated, Forced, Modal, Progress, Sampled, mostly_bounded
 from bayesub.inference.sampling import checkpoint as store
-from bayesub.inference.sampling.geometry import Geometry, mostly_bounded, redrawn
+from bayesub.inference.sampling.geometry import Geometry, redrawn
 from bayesub.inference.sampling.histories import (
     HistoryGeometry,
     HistorySurrogate,
@@ -43,7 +43,7 @@ WARMUP = 0.1  # fraction of the steps so far that is discarded; before 0.25
 BLOCK_SECONDS = 10.0  # of sampling, which is the most that a kill costs
 CHAIN_BYTES = 2**30  # of a chain that takes more room every second step is forgotten
 FORMAT = 8  # of checkpoints; those of a former one lack what this one counts, and are refused
-PRICE_BATCH = 64  # simulations at once, as in a step, to which the time of a Jacobian is compared
+PRICE_BATCH = 64  # simulations at once, as in a step, to which the time of a Jacobian is compared; and values tried
 PRICE_REPEATS = 3  # measurements, of which the fastest counts
 FIRST_PROBES = 4096  # values from the prior that are tried first, of all parameters
 PROBED = 0.05  # sd of the walkers in t, from which on values of its prior are tried for a parameter
@@ -57,6 +57,22 @@ Search = Callable[[Sampled, np.random.Generator], np.ndarray]
 def search_mode(problem: Sampled, rng: np.random.Generator) -> np.ndarray:
     """The posterior mode (n_params,)."""
     return problem.posterior_mode(rng) if isinstance(problem, Modal) else posterior_mode(problem, rng=rng).values
+
+
+def search_from(before: Posterior, problem: Sampled, rng: np.random.Generator) -> np.ndarray:
+    """The posterior mode, and below it draws of a posterior of fewer readings (1 + n_draws, n_params).
+
+    The search begins at its mean. What it does not have is not a number in the draws. InputError if it has no parameter
+    of the problem.
+    """
+    places = [before.names.index(name) if name in before.names else -1 for name in problem.names]
+    shared = np.array(places) >= 0
+    if not shared.any():
+        text = "the posterior from which a search is to begin has no parameter of this problem; leave it out"
+        raise InputError(text, "conflict", "start")
+    draws = np.where(shared, before.draws[:, places], np.nan)
+    start = {name: before.mean[k] for name, k in zip(problem.names, places, strict=True) if k >= 0}
+    return np.vstack([posterior_mode(problem, rng=rng, start=start).values, draws])
 
 
 @checked
@@ -95,9 +111,9 @@ def sample(
     checkpoint : folder to continue from if it holds this very run, and to save to every ten seconds; with it, Ctrl-C
         lets the step in hand be finished and saved, and a second Ctrl-C does not
     progress : object with ``update(done, total, unit, note)``, or None
-    search : finds the posterior mode (n_params,) of the problem with a source of random numbers, and may raise; not
-        called by a run that is resumed, and not where forces have unknown histories, which follow the readings before
-        they are sampled
+    search : finds the posterior mode (n_params,) of the problem with a source of random numbers, and may raise; below
+        the mode it may give draws from near the posterior, as :func:`search_from` does. Not called by a run that is
+        resumed, and not where forces have unknown histories, which follow the readings before they are sampled
     moves : of emcee, or pairs of one and its weight (one by default), besides our own, which have the weight one
         together. They move the sampling coordinates y, in which the posterior is nearly a standard normal. Each is
         taken in one ensemble after the other, so that it sees no walker of another; those of emcee that take two
@@ -301,14 +317,16 @@ class _Run:
         first = np.clip(FIRST_PROBES // geometry.n_params, PROBES // 8, PROBES // 4)
         spread = np.std(geometry.prior.standard(geometry.parameters(self.state.coords[:, : geometry.n_params])), axis=0)
         draws, rare = posterior.thinned().draws, 1.0 / np.minimum(posterior.bulk_ess, posterior.tail_ess)
-        counts = np.zeros(posterior.chain.shape[-1])
+        counts, n_walkers = np.zeros(posterior.chain.shape[-1]), len(self.state.coords)
+        n_at_once, walkers = n_walkers * -(-PRICE_BATCH // n_walkers), np.arange(PROBES) % n_walkers
         for j in np.flatnonzero(spread > PROBED):
             k = self._others[j]
             low, high = np.quantile(draws[:, k], [rare[k], 1.0 - rare[k]])
-            for tried in range(0, PROBES, len(self.state.coords)):
+            for tried in range(0, PROBES, n_at_once):
                 if tried >= first and not counts[k]:
                     break
-                y, log_prob = self.state.coords[: PROBES - tried], self.state.log_prob[: PROBES - tried]
+                some = walkers[tried : tried + n_at_once]
+                y, log_prob = self.state.coords[some], self.state.log_prob[some]
                 anew, factors = redrawn(geometry, np.array([j]), y, random)
                 values, chances = geometry.parameters(anew[:, : geometry.n_params])[:, j], random.random_sample(len(y))
                 beyond = (values < low) | (values > high)
@@ -361,8 +379,9 @@ def learn_coordinates(
     if problem.histories:
         marginal = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), searches)
         return learn_with_histories(*marginal, surrogates, progress)
-    geometry = Geometry.whitened(smooth, search(problem, searches))
-    surrogate, draws = learn(smooth, geometry, surrogates, progress)
+    mode, *near = np.atleast_2d(search(problem, searches))
+    geometry = Geometry.whitened(smooth, mode)
+    surrogate, draws = learn(smooth, geometry, surrogates, progress, near=np.array(near))
     return geometry, surrogate, draws
 
 

@@ -28,8 +28,8 @@ import numba
 import numpy as np
 from scipy import linalg
 
-from bayesub.inference.interface import Emulated, Modal, Progress
-from bayesub.inference.sampling.geometry import Geometry, mostly_bounded
+from bayesub.inference.interface import Emulated, Modal, Progress, mostly_bounded
+from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.hmc import log_densities, reflecting_trajectories, trajectories, with_gradients
 from bayesub.inference.sampling.polynomial import PLAIN, RICH, RICHER, Polynomials, features, fitted, n_features
 
@@ -226,11 +226,13 @@ def learn(
     rng: np.random.Generator,
     progress: Progress | None = None,
     adapt: Callable[[np.ndarray], None] | None = None,
+    near: np.ndarray | None = None,
 ) -> tuple[Surrogate, np.ndarray]:
     """Find the active directions, straighten the geometry in place and fit a surrogate of the problem.
 
     The geometry is whitened at the mode of the problem. An `adapt` changes the problem by parameters (n, n_params)
-    that are draws of what is known by then; then a normal surrogate may do. With it come draws (n, n_params).
+    that are draws of what is known by then; then a normal surrogate may do. With it come draws (n, n_params). The first
+    round begins from parameters `near` the posterior (n, n_params) if there are any, which saves rounds.
     """
     if adapt is not None:
         adapt(geometry.parameters(geometry.draws(rng, _WALKERS)))
@@ -243,7 +245,8 @@ def learn(
     geometry.find_active(problem, rng)
     n_terms = n_features(*geometry.active.shape)
     n_fitted, n_bent = _DRAWS * n_terms + _MORE, _BENDING * n_terms + _MORE
-    y, heat = geometry.draws(rng, n_fitted), _WARM if isinstance(problem, Modal) else _HOT
+    heat = _WARM if isinstance(problem, Modal) else _HOT
+    y = geometry.draws_like(near, rng, n_fitted) if near is not None and len(near) else geometry.draws(rng, n_fitted)
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")

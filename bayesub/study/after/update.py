@@ -1,8 +1,8 @@
 """The study of a finished run with one more log, which is a trial like those before it.
 
 All trials are fitted together, so that nothing of the former posterior is approximated, and the order of logs is none.
-The former posterior says where the search for the mode begins, and convergence is looked at more often: it is there
-after fewer steps than between two looks of a run that is new.
+The former posterior says where the search for the mode and learning begin. Walkers are half as many as those of a run
+that is new, and convergence is looked at more often: it is there after fewer steps than between two looks of that.
 """
 
 from pathlib import Path
@@ -11,14 +11,14 @@ from bayesub.io import toml_files
 from bayesub.io.errors import InputError
 from bayesub.problem.nuisance import INITIAL
 from bayesub.study.after.finished_run import FinishedRun, finished_run
-from bayesub.study.after.knowledge import coefficients
+from bayesub.study.run.infer import POSTERIOR
 from bayesub.study.schema.sensor_section import FAULTS
 from bayesub.study.schema.study_file import Study
 from bayesub.study.schema.trial_section import CheckSection, TrialKeys
 from bayesub.study.sources import file_digest
 
 FIRST = "first"  # trial of a run that had one
-LOOK = 20  # steps
+LOOK, N_WALKERS = 20, 8  # steps between two looks; walkers of each ensemble
 
 
 def updated(folder: Path, log: Path) -> Study:
@@ -47,11 +47,12 @@ def updated(folder: Path, log: Path) -> Study:
         new |= {} if trial.manoeuvre.subproblem is None else {"subproblem": trial.manoeuvre.subproblem}
     content |= {"trials": [*trials, new], "name": f"{study.name}_{new['name']}", "prior": _prior(run, content["prior"])}
     content["check"] = [one for one in content.pop("check", ()) if not _is(study, one.get("data"), log)]
-    start = {run.posterior.names[k]: float(run.posterior.mean[k]) for k in coefficients(run)}
-    content["sampler"] = content.get("sampler", {}) | {"look": LOOK, "start": start}
+    start = folder.resolve() / POSTERIOR
+    content["sampler"] = {"n_walkers": N_WALKERS, **content.get("sampler", {}), "look": LOOK, "start": str(start)}
     content["baselines"] = {"linear_least_squares": False, "sqp_starts": 0}
     both = toml_files.validate(content, Study, f"{folder} with {log}")
-    places = {name: log if name == str(log) else Path(study.path(name)) for name in both.files}
+    new_ones = {str(path): path for path in (log, start)}
+    places = {name: new_ones.get(name) or Path(study.path(name)) for name in both.files}
     return both.located(Path(study.source), places, quick=False)
 
 

@@ -22,7 +22,7 @@ from bayesub.inference.sampling import Criteria, CrossCheck, Posterior, posterio
 from bayesub.inference.sampling import cross_check as compare_with_nuts
 from bayesub.inference.sampling.histories import foretold_seconds
 from bayesub.inference.sampling.posterior import JUDGED_STEPS, N_ENSEMBLES, STANDARD
-from bayesub.inference.sampling.sampler import N_WALKERS
+from bayesub.inference.sampling.sampler import N_WALKERS, N_WITHIN_BOUNDS, search_from, search_mode
 from bayesub.io import seeds, toml_files
 from bayesub.io.atomic import write_text
 from bayesub.io.errors import InputError
@@ -102,7 +102,8 @@ def refuse_unreachable(study: Study) -> None:
     """InputError for a stopping rule that no posterior meets."""
     sampler = study.sampler
     steps = 3 * JUDGED_STEPS // 4
-    draws = steps * sampler.n_ensembles * (sampler.n_walkers or N_WALKERS)
+    n_walkers = N_WITHIN_BOUNDS if study.prior.kind == "relative_uniform" else N_WALKERS
+    draws = steps * sampler.n_ensembles * (sampler.n_walkers or n_walkers)
     for key, value, is_wrong, least in (
         ("n_ensembles", sampler.n_ensembles, sampler.n_ensembles < N_ENSEMBLES, f"at least {N_ENSEMBLES}"),
         ("ess", sampler.ess, sampler.ess > draws, f"at most {draws}, or more walkers"),
@@ -239,15 +240,22 @@ def _searched(setup: Setup, progress: Progress) -> Iterator[baselines.Estimate]:
 
 
 def _search(setup: Setup, context: RunContext, problem: Sampled, rng: np.random.Generator) -> np.ndarray:
-    """The posterior mode, of which is said before anything is sampled how it fits; InputError if it does not at all."""
-    sampler = setup.study.sampler
-    mode = baselines.posterior_mode(problem, rng=rng, start=sampler.start).values
+    """The posterior mode, of which is said before anything is sampled how it fits, and below it draws from near by.
+
+    InputError if it does not fit at all.
+    """
+    study, sampler = setup.study, setup.study.sampler
+    if sampler.start is None:
+        found = search_mode(problem, rng)
+    else:
+        found = search_from(Posterior.load(study.path(sampler.start)), problem, rng)
+    mode = np.atleast_2d(found)[0]
     fit = fit_of_mode(setup.problem, mode, setup.generator(seeds.MODE))
     values = dict(zip(setup.problem.names, mode.tolist(), strict=True))
     write_text(context.folder / MODE, json.dumps(fit.to_json() | {"values": values}, indent=1))
     for topic, sentence in fit.sentences.items():
         if topic == "lines_to_add":
-            file = suggest(setup.study, sentence, context.folder)
+            file = suggest(study, sentence, context.folder)
             again = shlex.join(["bayesub", "run", str(file), "-o", f"{context.folder}_again"])
             sentence = f"{file} is the study with them, which runs by\n  {again}"
         context.progress.remark(f"{topic.replace('_', ' ')}: {sentence}")
@@ -256,12 +264,12 @@ def _search(setup: Setup, context: RunContext, problem: Sampled, rng: np.random.
 
         column = suspect(setup.problem, mode) or fit.small_sd
         likely = f"likely {column}; if not, " if column else ""
-        text = f"{setup.study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' "
+        text = f"{study.source}: nothing is sampled, because the best fit that was found misses '{fit.channel}' "
         text += f"by {fit.misfit:.3g} times its noise: {likely}look for a wrong column, sign or unit with bayesub "
         text += "check, free more coefficients, or raise the sd; to sample all the same give [sampler] max_misfit "
         text += "above that"
         raise InputError(text, "data", fit.channel)
-    return mode
+    return found
 
 
 def conclude(

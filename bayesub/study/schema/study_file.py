@@ -151,8 +151,7 @@ class SamplerSection(Section):
     ess: Positive = 400.0
     taus: Positive = 25.0
     look: int | None = pydantic.Field(default=None, ge=10)
-    # coefficient -> value, as of a run of fewer trials, from where the mode is searched first
-    start: dict[str, float] | None = None
+    start: str | None = None  # posterior.nc of a run of fewer trials, from where search and learning begin
 
 
 class Study(TrialKeys):
@@ -259,7 +258,8 @@ class Study(TrialKeys):
         trials = [*(trial for _, trial, _ in self.each_trial()), *(check for check, _ in self.each_check())]
         logs = toml_files.built_in("logs")
         functions = [quantity.file for quantity in self.derived]
-        paths = [self.prior.table, *functions, *(trial.data for trial in trials if trial.data not in logs)]
+        paths = [self.prior.table, self.sampler.start, *functions]
+        paths += [trial.data for trial in trials if trial.data not in logs]
         names = [self.vehicle, *(trial.manoeuvre for trial in trials)]
         paths += [name for name in names if name is not None and toml_files.is_path(name)]
         return list(dict.fromkeys(path for path in paths if path is not None))

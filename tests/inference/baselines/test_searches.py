@@ -12,7 +12,7 @@ import bayesub as bs
 from bayesub.inference.baselines import Estimate, gauss_newton, posterior_mode, sqp, trust_region
 from bayesub.inference.baselines.starts import Normalised, together
 from bayesub.model.coefficients import HORIZONTAL
-from bayesub.problem.priors import Normal
+from bayesub.problem.priors import Normal, Uniform
 
 
 @pytest.fixture
@@ -230,8 +230,8 @@ def test_readings_without_noise_are_the_track(spiral_track):
 class TwoWells(Toy):
     """Zero residual at -2 and 2, of which another reading prefers 2; the middle of the prior is on the other side."""
 
-    def __init__(self):
-        super().__init__(Normal(mean=np.array([-0.3]), sd=np.array([3.0])))
+    def __init__(self, prior=None):
+        super().__init__(Normal(mean=np.array([-0.3]), sd=np.array([3.0])) if prior is None else prior)
 
     def residuals(self, parameters):
         self.costs.simulations += len(parameters)
@@ -241,13 +241,23 @@ class TwoWells(Toy):
         return np.array([[6.0 * parameters[0]], [1.0]])
 
 
-def test_the_mode_is_the_lowest_of_several_wells():
+@pytest.mark.parametrize("prior", [None, Uniform(np.array([-6.0]), np.array([5.4]))])
+def test_the_mode_is_the_lowest_of_several_wells(prior):
     """One search from the middle of the prior ends in the well next to it, which is twice as high."""
-    problem = TwoWells()
+    problem = TwoWells(prior)
     one, best = gauss_newton(problem), posterior_mode(problem, rng=np.random.default_rng(0))
     assert one.values[0] == pytest.approx(-2.0, abs=0.1)
     assert best.values[0] == pytest.approx(2.0, abs=0.1)
     assert best.costs[0] < 0.5 * one.costs[0]
+
+
+def test_a_search_ends_where_its_cost_is_enough():
+    """Within bounds the search that confirms a mode ends where its cost is that of the mode."""
+    found = gauss_newton(problem := TwoWells(), np.array([5.0]))
+    short = gauss_newton(problem, np.array([5.0]), enough=lambda cost: cost < found.costs[0] + 1.0)
+    assert found.costs[0] < short.costs[0] < found.costs[0] + 1.0
+    assert short.statuses == ("converged",)
+    assert short.jacobians < found.jacobians
 
 
 @pytest.mark.parametrize("start", [1.9, -1.9, -0.3])

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from support.toys import Banana, ill_conditioned
+from support.toys import Banana, Linear, ill_conditioned
 
 from bayesub.inference.baselines import gauss_newton
 from bayesub.inference.sampling.geometry import Bend, Geometry
 from bayesub.inference.sampling.polynomial import PLAIN, Polynomials, n_features
-from bayesub.problem.priors import Uniform
+from bayesub.problem.priors import Normal, Uniform
 
 
 @pytest.fixture
@@ -112,6 +112,37 @@ def test_draws_stay_within_the_support(rng):
     # Both means have standard errors below 0.016; 4 of them, and the draws start at the mode a hundred sweeps ago.
     np.testing.assert_allclose(y.mean(axis=0), plain.mean(axis=0), atol=0.08)
     np.testing.assert_allclose(y.std(axis=0), plain.std(axis=0), atol=0.06)
+
+
+@pytest.mark.parametrize("missing", [[], [1], [0, 3]])
+def test_draws_like_those_of_some_parameters_are_draws_of_all(rng, missing):
+    """From exact draws of some parameters come draws of the whole normal posterior, standard normal in y."""
+    matrix = rng.standard_normal((9, 4)) * [1.0, 30.0, 2.0, 0.1]
+    problem = Linear(matrix, rng.standard_normal(9), Normal(np.ones(4), np.array([1.0, 0.5, 20.0, 3.0])))
+    geometry = Geometry.whitened(problem, problem.mean)
+    known = rng.multivariate_normal(problem.mean, problem.covariance, 20_000)
+    known[:, missing] = np.nan
+    y = geometry.draws_like(known, rng, 10_000)
+    # Standard errors of means and of covariances are 0.01 and, on the diagonal, 0.014, of draws without replacement.
+    np.testing.assert_allclose(y.mean(axis=0), 0.0, atol=0.06)
+    np.testing.assert_allclose(np.cov(y.T), np.eye(4), atol=0.08)
+    exact = problem.prior.scaled(geometry.parameters(y))
+    given = problem.prior.scaled(known)
+    kept = np.setdiff1d(np.arange(4), missing)
+    assert set(np.round(exact[:, kept[0]], 9)) <= set(np.round(given[:, kept[0]], 9))
+
+
+def test_draws_like_others_stay_within_the_support(rng):
+    """And where most of those are outside, the Laplace approximation is drawn from."""
+    problem = Banana()
+    problem.prior = Uniform(np.array([-1.0, -3.0]), np.array([2.0, 3.0]))
+    geometry = Geometry.whitened(problem, np.array([0.0, 0.0]))
+    far = np.column_stack([np.full(500, -1.5), np.full(500, np.nan)])
+    for known in (np.column_stack([rng.uniform(-1.2, 2.0, 500), np.full(500, np.nan)]), far):
+        y = geometry.draws_like(known, rng, 400)
+        assert y.shape == (400, 2)
+        assert np.isfinite(geometry.log_prior(y)).all()
+    assert abs(geometry.parameters(y)[:, 0].mean()) < 0.5
 
 
 def test_a_stored_geometry_is_the_same_map(bent_geometry, rng):

@@ -1,6 +1,8 @@
 """The sampler on problems with a known posterior; its checkpoints and its verdicts."""
 
 import re
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from support.toys import AGREE, Banana, Cliff, Linear, disagreement, ill_conditi
 import bayesub as bs
 from bayesub.inference.checks import convergence
 from bayesub.inference.sampling.posterior import Criteria
-from bayesub.inference.sampling.sampler import search_mode
+from bayesub.inference.sampling.sampler import search_from, search_mode
 from bayesub.io.errors import InputError
 from bayesub.problem.priors import Joint, Normal, Uniform
 
@@ -198,6 +200,24 @@ def test_the_mode_is_searched_before_a_step_is_taken_and_overflow_is_not_spoken_
         bs.sample(Banana(), rng=np.random.default_rng(3), max_steps=100, search=search)
     assert modes[0].shape == (Banana().n_params,)
     assert (states[0]["over"], states[0]["invalid"]) == ("ignore", "ignore")
+
+
+def test_a_posterior_of_fewer_readings_is_where_a_run_begins(linear):
+    """The posterior of all readings is the closed form, wherever the run begins; some parameters may be new."""
+    problem, _, _ = linear
+    half = Linear(problem.matrix[::2], problem.readings[::2], problem.prior)
+    before = bs.sample(half, rng=np.random.default_rng(4))
+    kept = before.part(np.array([0, 1, 3]))
+    for known, n_new in ((before, 0), (kept, problem.n_params - 3)):
+        found = search_from(known, problem, np.random.default_rng(5))
+        assert found.shape == (1 + len(known.draws), problem.n_params)
+        assert np.isnan(found).any(axis=0).sum() == n_new
+        np.testing.assert_allclose((found[0] - problem.mean) / np.sqrt(np.diag(problem.covariance)), 0.0, atol=1e-3)
+        posterior = bs.sample(problem, rng=np.random.default_rng(6), search=partial(search_from, known))
+        assert posterior.converged
+        assert disagreement(second_moments(standardised(posterior.chain, problem.mean, problem.covariance))) < AGREE
+    with refused("conflict", "start"):
+        search_from(replace(kept, names=("Xuu", "Yuv", "Nuv")), problem, np.random.default_rng(7))
 
 
 def test_convergence_is_looked_at_as_often_as_is_asked():
