@@ -193,21 +193,6 @@ class Geometry:
         sweep = partial(crank_nicolson, log_prob, steps=_STEPS, n_sweeps=_SWEEPS, blocks=self.blocks)
         return sweep(mode, log_prob(mode), rng)[0]
 
-    def draws_like(self, known: np.ndarray, rng: np.random.Generator, n: int) -> np.ndarray:
-        """Sampling coordinates (n, n_params) from near parameters (n_known, n_params), within the support of the prior.
-
-        What is not a number, in whole columns, is drawn as by the Laplace approximation given the others. The bends are
-        not made yet. If most of all this lies outside of the support, they are :meth:`draws`.
-        """
-        rows = rng.choice(known, n, replace=n > len(known))
-        missing = np.isnan(rows[0])
-        rows[:, missing] = self.prior.unscaled(self.mode)[missing]
-        steps, white = self.basis[~missing], rng.standard_normal(rows.shape)
-        ahead = (self.prior.scaled(rows) - self.mode)[:, ~missing] - white @ steps.T
-        y = white + ahead @ np.linalg.pinv(steps).T
-        inside = y[np.isfinite(self.log_prior(y))]
-        return rng.choice(inside, n, replace=len(inside) < n) if 2 * len(inside) > n else self.draws(rng, n)
-
     def find_active(self, problem: LeastSquares, rng: np.random.Generator) -> None:
         """Find the active directions from Jacobians at draws of the Laplace approximation."""
         at_mode = self._slopes(problem, self.mode)
@@ -250,6 +235,22 @@ class Geometry:
             bends.append(Bend.restored({k.removeprefix(prefix): a for k, a in arrays.items() if k.startswith(prefix)}))
         mode, singular_values, basis, active = (arrays[key] for key in _STORED)
         return cls(prior, mode, singular_values, basis, active, bends)
+
+
+def draws_like(geometry: Geometry, known: np.ndarray, rng: np.random.Generator, n: int) -> np.ndarray:
+    """Coordinates (n, n_params) from near parameters (n_known, n_params), within the support of the prior.
+
+    What is not a number, in whole columns, is drawn as by the Laplace approximation given the others. The geometry has
+    no bends yet. If most of all this lies outside of the support, the Laplace approximation is drawn from.
+    """
+    rows = rng.choice(known, n, replace=n > len(known))
+    missing = np.isnan(rows[0])
+    rows[:, missing] = geometry.prior.unscaled(geometry.mode)[missing]
+    steps, white = geometry.basis[~missing], rng.standard_normal(rows.shape)
+    ahead = (geometry.prior.scaled(rows) - geometry.mode)[:, ~missing] - white @ steps.T
+    y = white + ahead @ np.linalg.pinv(steps).T
+    inside = y[np.isfinite(geometry.log_prior(y))]
+    return rng.choice(inside, n, replace=len(inside) < n) if 2 * len(inside) > n else geometry.draws(rng, n)
 
 
 def redrawn(

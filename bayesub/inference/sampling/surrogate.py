@@ -29,7 +29,7 @@ import numpy as np
 from scipy import linalg
 
 from bayesub.inference.interface import Emulated, Modal, Progress, mostly_bounded
-from bayesub.inference.sampling.geometry import Geometry
+from bayesub.inference.sampling.geometry import Geometry, draws_like
 from bayesub.inference.sampling.hmc import log_densities, reflecting_trajectories, trajectories, with_gradients
 from bayesub.inference.sampling.polynomial import PLAIN, RICH, RICHER, Polynomials, features, fitted, n_features
 
@@ -246,7 +246,7 @@ def learn(
     n_terms = n_features(*geometry.active.shape)
     n_fitted, n_bent = _DRAWS * n_terms + _MORE, _BENDING * n_terms + _MORE
     heat = _WARM if isinstance(problem, Modal) else _HOT
-    y = geometry.draws_like(near, rng, n_fitted) if near is not None and len(near) else geometry.draws(rng, n_fitted)
+    y = draws_like(geometry, near, rng, n_fitted) if near is not None and len(near) else geometry.draws(rng, n_fitted)
     for n in range(_MAX_ROUNDS):
         if progress is not None:
             progress.update(n, n + _ROUNDS, "rounds", "surrogate")

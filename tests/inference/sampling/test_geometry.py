@@ -5,7 +5,7 @@ import pytest
 from support.toys import Banana, Linear, ill_conditioned
 
 from bayesub.inference.baselines import gauss_newton
-from bayesub.inference.sampling.geometry import Bend, Geometry
+from bayesub.inference.sampling.geometry import Bend, Geometry, draws_like
 from bayesub.inference.sampling.polynomial import PLAIN, Polynomials, n_features
 from bayesub.problem.priors import Normal, Uniform
 
@@ -122,7 +122,7 @@ def test_draws_like_those_of_some_parameters_are_draws_of_all(rng, missing):
     geometry = Geometry.whitened(problem, problem.mean)
     known = rng.multivariate_normal(problem.mean, problem.covariance, 20_000)
     known[:, missing] = np.nan
-    y = geometry.draws_like(known, rng, 10_000)
+    y = draws_like(geometry, known, rng, 10_000)
     # Standard errors of means and of covariances are 0.01 and, on the diagonal, 0.014, of draws without replacement.
     np.testing.assert_allclose(y.mean(axis=0), 0.0, atol=0.06)
     np.testing.assert_allclose(np.cov(y.T), np.eye(4), atol=0.08)
@@ -139,7 +139,7 @@ def test_draws_like_others_stay_within_the_support(rng):
     geometry = Geometry.whitened(problem, np.array([0.0, 0.0]))
     far = np.column_stack([np.full(500, -1.5), np.full(500, np.nan)])
     for known in (np.column_stack([rng.uniform(-1.2, 2.0, 500), np.full(500, np.nan)]), far):
-        y = geometry.draws_like(known, rng, 400)
+        y = draws_like(geometry, known, rng, 400)
         assert y.shape == (400, 2)
         assert np.isfinite(geometry.log_prior(y)).all()
     assert abs(geometry.parameters(y)[:, 0].mean()) < 0.5
