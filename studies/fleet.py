@@ -125,8 +125,21 @@ def updated(k):
     posterior = bs.sample(joint, rng=rng, n_walkers=N_WALKERS, search=search, criteria=bs.Criteria(look=LOOK))
     seconds = time.perf_counter() - began
     truth = xi[vehicle.equations.columns(joint.names)]
-    ranks = calibration.posterior_ranks(joint, posterior, truth, rng)
+    ranks = calibration.posterior_ranks(joint, in_parts(posterior, calibration.N_DRAWS), truth, rng)
     return {"ranks": ranks, "converged": posterior.converged, "seconds": seconds}
+
+
+def in_parts(posterior, n):
+    """The same with the way of each walker cut into parts that count as walkers, so that there are `n` or more."""
+    n_ensembles, n_steps, n_walkers = posterior.log_prob.shape
+    n_parts = -(-n // (n_ensembles * n_walkers))
+    length = n_steps // n_parts
+
+    def cut(steps):
+        parts = steps[:, : n_parts * length].reshape(n_ensembles, n_parts, length, n_walkers, *steps.shape[3:])
+        return np.swapaxes(parts, 1, 2).reshape(n_ensembles, length, n_parts * n_walkers, *steps.shape[3:])
+
+    return replace(posterior, chain=cut(posterior.chain), log_prob=cut(posterior.log_prob))
 
 
 def of_class(manoeuvres, n_sisters, n_strangers, k):

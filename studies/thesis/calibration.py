@@ -14,16 +14,10 @@ _SIMULATED = 20_000  # sets of uniform ranks that set the band
 
 
 def independent_draws(posterior, rng: np.random.Generator, n: int = N_DRAWS) -> np.ndarray:
-    """(n, n_params) draws, each from another walker and at a random step.
-
-    With fewer than `n` walkers in all, the way of each is cut into parts, which count as walkers.
-    """
+    """(n, n_params) draws, each from another walker and at a random step; there must be `n` walkers in all."""
     n_ensembles, n_steps, n_walkers = posterior.log_prob.shape
-    n_parts = -(-n // (n_ensembles * n_walkers))
-    walkers = rng.choice(n_ensembles * n_parts * n_walkers, n, replace=False)
-    ensembles, parts, places = np.unravel_index(walkers, (n_ensembles, n_parts, n_walkers))
-    length = n_steps // n_parts
-    return posterior.chain[ensembles, parts * length + rng.integers(length, size=n), places]
+    walkers = rng.choice(n_ensembles * n_walkers, n, replace=False)
+    return posterior.chain[walkers // n_walkers, rng.integers(n_steps, size=n), walkers % n_walkers]
 
 
 def prior_trajectory(problem, rng: np.random.Generator):
