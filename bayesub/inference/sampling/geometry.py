@@ -94,9 +94,12 @@ class Geometry:
         self.changes = np.zeros((self.n_params, self.n_params))
 
     @classmethod
-    def whitened(cls, problem: LeastSquares, mode: np.ndarray) -> "Geometry":
-        """The map that whitens the posterior of a problem at its mode (n_params,) in parameters, without bends."""
-        prior = problem.prior
+    def whitened(cls, problem: LeastSquares, mode: np.ndarray, prior: InferencePrior | None = None) -> "Geometry":
+        """The map that whitens the posterior of a problem at its mode (n_params,) in parameters, without bends.
+
+        The `prior` is that of the problem, or the same in other coordinates.
+        """
+        prior = prior or problem.prior
         x = prior.scaled(np.asarray(mode, dtype=float))
         _, s, directions = complete_svd(prior.scaled_chain(problem.jacobian(mode), x))
         basis = directions.T / np.sqrt(s**2 + 1.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from bayesub.inference.baselines.estimate import meter
 from bayesub.inference.checks import convergence
-from bayesub.inference.interface import SMOOTH, Forced, Progress, Sampled
+from bayesub.inference.interface import SMOOTH, Forced, InferencePrior, Progress, Sampled
 from bayesub.inference.sampling.geometry import Geometry
 from bayesub.inference.sampling.histories import search_marginal_mode
 from bayesub.inference.sampling.moments import Effort, Moments
@@ -196,6 +196,24 @@ def compare(
     )
 
 
+class _WithoutWalls:
+    """What a geometry asks of a prior, in t in place of x: bounds are at infinity, where no trajectory is cut off."""
+
+    def __init__(self, prior: InferencePrior):
+        self.scaled, self.unscaled, self.scaled_chain = prior.standard, prior.parameters, prior.chain
+        n = len(prior.mean)
+        self.form = np.full(n, np.inf), np.zeros(n), np.full(n, -1), np.empty((0, 0))
+
+    def scaled_log_density(self, t: np.ndarray) -> np.ndarray:
+        return -0.5 * np.sum(t**2, axis=-1)
+
+    def scaled_slope(self, t: np.ndarray) -> np.ndarray:
+        return -t
+
+    def scaled_form(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        return self.form
+
+
 def require_nutpie() -> Any:
     """The module, or an InputError that says how to install it."""
     try:
@@ -230,7 +248,9 @@ def sample_nuts(
         marginal, others = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), rng)
         geometry = Geometry.whitened(smooth, marginal.full(others))
     else:
-        geometry = cast(Geometry, learn_coordinates(problem, rng, progress)[0])
+        walled = np.isfinite(problem.prior.scaled_form()[0]).any()
+        prior = cast(InferencePrior, _WithoutWalls(problem.prior)) if walled else problem.prior
+        geometry = cast(Geometry, learn_coordinates(problem, rng, progress, prior=prior)[0])
     n = problem.n_params
     counts = {"draws": 0, "gradients": 0}
 

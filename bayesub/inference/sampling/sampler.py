@@ -16,7 +16,16 @@ import threadpoolctl
 
 from bayesub.inference.baselines import posterior_mode
 from bayesub.inference.identifiability.linear_model import marginal_jacobian
-from bayesub.inference.interface import SMOOTH, Emulated, Forced, Modal, Progress, Sampled, mostly_bounded
+from bayesub.inference.interface import (
+    SMOOTH,
+    Emulated,
+    Forced,
+    InferencePrior,
+    Modal,
+    Progress,
+    Sampled,
+    mostly_bounded,
+)
 from bayesub.inference.sampling import checkpoint as store
 from bayesub.inference.sampling.geometry import Geometry, redrawn
 from bayesub.inference.sampling.histories import (
@@ -370,8 +379,12 @@ def learn_coordinates(
     rng: np.random.Generator,
     progress: Progress | None = None,
     search: Search = search_mode,
+    prior: InferencePrior | None = None,
 ) -> tuple[Geometry | HistoryGeometry, Surrogate | HistorySurrogate, np.ndarray]:
-    """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that."""
+    """Sampling coordinates, whitened at the mode and straightened, a surrogate of the posterior, and draws of that.
+
+    The `prior` is as of :meth:`bayesub.inference.sampling.geometry.Geometry.whitened`.
+    """
     if progress is not None:
         progress.update(0, 1, note="posterior mode")
     searches, surrogates = rng.spawn(2)
@@ -380,7 +393,7 @@ def learn_coordinates(
         marginal = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), searches)
         return learn_with_histories(*marginal, surrogates, progress)
     mode, *near = np.atleast_2d(search(problem, searches))
-    geometry = Geometry.whitened(smooth, mode)
+    geometry = Geometry.whitened(smooth, mode, prior)
     surrogate, draws = learn(smooth, geometry, surrogates, progress, near=np.array(near))
     return geometry, surrogate, draws
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 from support.refusals import refused
 from support.toys import Banana, Linear, ill_conditioned
 
@@ -14,7 +15,7 @@ from bayesub.inference.checks import convergence
 from bayesub.inference.sampling import nuts as module
 from bayesub.inference.sampling.moments import Moments
 from bayesub.inference.sampling.posterior import STANDARD
-from bayesub.problem.priors import Normal
+from bayesub.problem.priors import Normal, Uniform
 from bayesub.report.plots.checks import draw_cross_check
 
 
@@ -160,6 +161,23 @@ def test_nuts_and_emcee_agree_on_a_bent_sheet():
     assert nuts.jacobians >= check.gradients  # and those of the search for coordinates
     wider = bs.cross_check(Banana(reach=2.0), posterior, rng=np.random.default_rng(4))
     assert wider.verdict == "disagree", wider.sentence
+
+
+@pytest.mark.slow
+def test_nuts_goes_within_bounds():
+    """In coordinates in which bounds are at infinity: a normal cut off at a bound, and a uniform of which nothing is
+    read, have the means and variances of their closed forms, and hardly a trajectory diverges."""
+    _nutpie_or_skip()
+    prior = Uniform(np.array([-1.0, -2.0]), np.array([4.0, 3.0]))
+    problem = Linear(np.array([[1.0, 0.0]]), np.array([-0.5]), prior)
+    draws, counts = module.sample_nuts(problem, rng=np.random.default_rng(3), n_draws=1000, n_tune=200, n_chains=2)
+    cut = stats.truncnorm(-0.5, 4.5, -0.5, 1.0)
+    for k, law in enumerate((cut, stats.uniform(-2.0, 5.0))):
+        mean = law.mean()
+        for moment, truth in ((draws[..., k], mean), ((draws[..., k] - mean) ** 2, law.var())):
+            error = moment.std() / np.sqrt(convergence.ess(moment[:, :, None, None]))[0]
+            assert abs(moment.mean() - truth) < 4.0 * error
+    assert counts["divergences"] <= 4
 
 
 class Stepped(Linear):
