@@ -1,7 +1,7 @@
 """An independent sampler on the same posterior: NUTS with exact gradients (nutpie), compared within Monte Carlo error.
 
 It shares with :func:`bayesub.sample` the log posterior and its coordinates, exact whatever their fit, and nothing that
-decides what is drawn: no moves, no ensembles, no stopping rule.
+decides what is drawn: no moves, no ensembles, no stopping rule. Where there are bounds t stands for x in these.
 """
 
 import warnings
