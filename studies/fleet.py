@@ -10,7 +10,7 @@ boat's own log leaves: not less, for what one boat's trial does not show five si
 spreads hold the truth. Of sisters one in a hundred is taken for a stranger; of boats that differ by three times the
 spread of the class nine in ten are. Of 100 boats with a second log, the ranks of every coefficient are uniform: none
 leaves a band that one study in a hundred leaves by chance.
-Cost: three quarters of an hour of one core.
+Cost: twenty minutes of one core.
 Quick: half a minute, because eight posteriors are sampled; of one boat nothing is claimed but that it converges.
 """
 
