@@ -7,6 +7,11 @@ WRONG = {
     "a coefficient twice": ({"free": {"coefficients": ["Xuu", "Yuv", "Xuu"]}}, "conflict", "free"),
     "too few ensembles for R-hat": ({"sampler": {"n_ensembles": 3}}, "value", "sampler.n_ensembles"),
     "more than judged steps hold": ({"sampler": {"ess": 40_000.0}}, "value", "sampler.ess"),
+    "more than eight walkers hold": (
+        {"prior": {"kind": "relative_uniform", "half_width": 0.5, "sd": None}, "sampler": {"ess": 8_000.0}},
+        "value",
+        "sampler.ess",
+    ),
     "more times than judged steps": ({"sampler": {"taus": 200.0}}, "value", "sampler.taus"),
     "no vehicle": ({"vehicle": None}, "missing", "vehicle"),
 }
@@ -32,8 +37,9 @@ def test_the_quick_version_is_checked_too(quick, kind, key, tmp_path, bayesub):
     refusals.check(bayesub.error, kind, key)
 
 
-def test_more_walkers_hold_more(tmp_path, bayesub):
-    (tmp_path / "s.toml").write_text(small_study.text(sampler={"ess": 40_000.0, "n_walkers": 64}))
+@pytest.mark.parametrize("sampler", [{"ess": 40_000.0, "n_walkers": 64}, {"ess": 8_000.0}])
+def test_more_walkers_hold_more(sampler, tmp_path, bayesub):
+    (tmp_path / "s.toml").write_text(small_study.text(sampler=sampler))
     assert bayesub("check", str(tmp_path / "s.toml"))[0] == 0
 
 
