@@ -33,6 +33,7 @@ MOST_DIVERGENT = 0.002  # of the draws: more, and there are places that steps of
 # forever to reach what nutpie aims at. Fifteen steps of 0.3 are more than half a turn of a standard normal, where a
 # trajectory ends. Of 0.5 it takes seven, for as many effective samples, but up to one in fifty then diverges.
 _STEP, _DOUBLINGS = 0.3, 6
+_STEP_WITHIN_BOUNDS = 0.2  # near infinity the posterior bends; of 0.3 one trajectory in 400 diverges
 _CORNERS = 50  # tried for the start of a chain
 
 
@@ -243,13 +244,13 @@ def sample_nuts(
     """
     nutpie = require_nutpie()
     spent = meter(problem.costs)
+    walled = np.isfinite(problem.prior.scaled_form()[0]).any()
+    prior = cast(InferencePrior, _WithoutWalls(problem.prior)) if walled else problem.prior
     if problem.histories:  # whitened at the mode they are nearly normal as it is
         smooth = problem.smoothed(SMOOTH)
         marginal, others = search_marginal_mode(cast(Forced, problem), cast(Forced, smooth), rng)
-        geometry = Geometry.whitened(smooth, marginal.full(others))
+        geometry = Geometry.whitened(smooth, marginal.full(others), prior)
     else:
-        walled = np.isfinite(problem.prior.scaled_form()[0]).any()
-        prior = cast(InferencePrior, _WithoutWalls(problem.prior)) if walled else problem.prior
         geometry = cast(Geometry, learn_coordinates(problem, rng, progress, prior=prior)[0])
     n = problem.n_params
     counts = {"draws": 0, "gradients": 0}
@@ -274,7 +275,8 @@ def sample_nuts(
     model = nutpie.compiled_pyfunc.from_pyfunc(
         n, lambda: log_prob, lambda *_: draw, [np.dtype(float)], [(n,)], ["parameters"], make_initial_point_fn=start
     )
-    options = {"chains": n_chains, "cores": 1, "step_size_adapt_method": str(_STEP), "maxdepth": _DOUBLINGS}
+    step = _STEP_WITHIN_BOUNDS if walled else _STEP
+    options = {"chains": n_chains, "cores": 1, "step_size_adapt_method": str(step), "maxdepth": _DOUBLINGS}
     options |= {"seed": int(rng.integers(2**31)), "progress_bar": False}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # ArviZ finds fault with what Ctrl-C leaves
