@@ -337,6 +337,7 @@ def _bend(n_params, size, numbers):
         _part(numbers, at_bent, n_products, n_bent),
         _part(numbers, at_mix, n_bent, n_block),
         PLAIN,
+        np.ones(n_products, dtype=np.bool_),
     )
     return start, stop, polynomials, _part(numbers, at_factor, n_block, n_block)
 

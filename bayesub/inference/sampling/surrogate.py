@@ -13,10 +13,11 @@ balance the pull of the prior. Where prior and data disagree they are large: wit
 
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
 where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread. In the end a
-richer polynomial, with more active directions and products of four, is fitted to draws of the last round. All draws
-that it is fitted to are such at twice the variance of the readings (a tenth more, of a density without residuals), so
-that it holds in the tails as well: fitted to draws of the posterior it is better in the middle, and walkers are held
-where it is too low.
+richer polynomial, with more active directions and products of four, is fitted to draws of the last round; within bounds
+it keeps the products that are worth it, a third of them, which is cheaper and less often too low between the draws. All
+draws that it is fitted to are such at twice the variance of the readings (a tenth more, of a density without
+residuals), so that it holds in the tails as well: fitted to draws of the posterior it is better in the middle, and
+walkers are held where it is too low.
 """
 
 import os
@@ -46,7 +47,7 @@ _LEARNING_TRAJECTORIES = 4  # of a walk that finds draws; before 5
 # Trajectories that are reflected at walls.
 REFLECTING: Reflecting = (0.1, 0.15, 0.2), 48  # radians of a leapfrog step, and steps; before 0.2, 0.3 and 0.4, and 16
 _NEAR_REFLECTING = (0.02, 0.1), 3  # of a short walk
-_REFLECTING_TRAJECTORIES = 1  # of a walk before each simulation: one long one; before 2 or 4 shorter ones
+_REFLECTING_TRAJECTORIES = 2  # of a walk before each simulation; before one, or 2 or 4 shorter ones
 _LEARNING_REFLECTING_TRAJECTORIES = 1  # of a walk that finds draws; before 4 shorter ones
 _PACES = (1.0, 0.5, 0.25, 0.125)  # by which angles are shortened until most trajectories lead away
 _MOVING = 0.6  # share of them that is most
@@ -67,6 +68,7 @@ _WARM = 1.1  # that of a density without residuals, whose rows go astray far out
 _SPAN = 0.03  # sd; directions of the residuals that vary less are left out
 _SPANNING = 300  # simulations that show which
 _WORTH = 0.03  # sd; combinations of residuals that bend less have no products
+_LEAST = 0.017  # sd; products of a richer fit within bounds that explain less are left out
 _DOUBTED = 2.0  # variance of the misfit that is taken for noise, over that where the surrogate is fitted; before 1
 _FREEDOM = 30.0, 1.0  # degrees of freedom, and those for each emulated residual; before 30 and 3, lighter tails
 _LEAST_POWER = 0.5  # of the emulated likelihood
@@ -206,15 +208,16 @@ class _Simulations:
         squares, axes = np.linalg.eigh(form + form.T)
         lengths = np.sqrt(np.maximum(0.5 * squares, 1e-6))
         linear = np.vstack([0.5 * (slopes[:n_params] @ axes) / lengths, axes * lengths])
-        return Surrogate(self.geometry, Polynomials(none, linear, np.empty((0, 0)), none.T.copy(), PLAIN))
-
-    def surrogate(self, active: np.ndarray, degrees: tuple[int, int] = PLAIN) -> Surrogate:
-        """The surrogate that is fitted to all of them."""
-        z, changes, unit = np.concatenate(self.z), np.concatenate(self.changes), np.eye(len(self.span))
-        polynomials, misfit = fitted(z, active, changes, _WORTH, unit=unit, degrees=degrees)
-        noise = unit + _DOUBTED * misfit.T @ misfit / max(
-            len(z) - n_features(active.shape[0], active.shape[1], degrees), 1
+        return Surrogate(
+            self.geometry, Polynomials(none, linear, np.empty((0, 0)), none.T.copy(), PLAIN, np.empty(0, dtype=bool))
         )
+
+    def surrogate(self, active: np.ndarray, degrees: tuple[int, int] = PLAIN, least: float = 0.0) -> Surrogate:
+        """The surrogate that is fitted to all of them, with products that explain more than `least`."""
+        z, changes, unit = np.concatenate(self.z), np.concatenate(self.changes), np.eye(len(self.span))
+        polynomials, misfit = fitted(z, active, changes, _WORTH, unit=unit, degrees=degrees, least=least)
+        n_terms = len(polynomials.linear) + len(polynomials.bent)
+        noise = unit + _DOUBTED * misfit.T @ misfit / max(len(z) - n_terms, 1)
         polynomials.linear[0] += self.span @ self.at_mode
         whitened = polynomials.mixed(linalg.inv(np.linalg.cholesky(noise)).T)
         return Surrogate(self.geometry, whitened)
@@ -270,13 +273,13 @@ def _refine(problem, surrogate, y, rng, seen, heat):
     """
     geometry, best = surrogate.geometry, 0.0
     active = geometry.finely_active()
-    degrees, good = (RICHER, _GOOD_WITHIN_BOUNDS) if surrogate.bounded else (RICH, _GOOD)
+    degrees, good, least = (RICHER, _GOOD_WITHIN_BOUNDS, _LEAST) if surrogate.bounded else (RICH, _GOOD, 0.0)
     n_wanted = _DRAWS * n_features(active.shape[0], active.shape[1], degrees) + _MORE
     for k in range(1, _REFINEMENTS + 1):
         n_stops = max(-(-(k * n_wanted - seen.n) // len(y)), 1)
         _, *stops = _wander(surrogate, y, 1 + n_stops, heat, rng)
         seen.add(np.concatenate(stops))
-        surrogate = seen.surrogate(active, degrees)
+        surrogate = seen.surrogate(active, degrees, least)
         surrogate.flies = bool(np.mean(_walk(surrogate, y, rng, reflects=False, length=1)[2]) > _ACCEPTED)
         *_, y = _wander(surrogate, y, 2, 1.0, rng)
         accepted = _judged(problem, surrogate, y[:_JUDGED], rng)

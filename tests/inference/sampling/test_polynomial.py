@@ -13,18 +13,19 @@ def directions(rng, n_params, n_active):
     return np.linalg.qr(rng.standard_normal((n_params, n_active)))[0]
 
 
-def polynomials(rng, active, degrees, k=4, n_bent=2):
-    """Polynomials with coefficients at random."""
+def polynomials(rng, active, degrees, k=4, n_bent=2, share=1.0):
+    """Polynomials with coefficients at random, and a share of all products."""
     n_params = len(active)
-    n_products = n_features(*active.shape, degrees) - 1 - n_params
-    sizes = (1 + n_params, k), (n_products, n_bent), (n_bent, k)
-    return Polynomials(active, *map(rng.standard_normal, sizes), degrees)
+    chosen = rng.random(n_features(*active.shape, degrees) - 1 - n_params) < share
+    sizes = (1 + n_params, k), (np.count_nonzero(chosen), n_bent), (n_bent, k)
+    return Polynomials(active, *map(rng.standard_normal, sizes), degrees, chosen)
 
 
 def of_all_terms(z, found):
     """Values of polynomials by their features."""
-    coefficients = np.concatenate([found.linear, found.bent @ found.mix])
-    return features(z, found.active, found.degrees) @ coefficients
+    products = np.zeros((len(found.chosen), found.mix.shape[1]))
+    products[found.chosen] = found.bent @ found.mix
+    return features(z, found.active, found.degrees) @ np.concatenate([found.linear, products])
 
 
 def test_features_are_the_monomials(rng):
@@ -51,12 +52,12 @@ def test_higher_products_are_of_the_first_directions_only(rng, degrees):
     np.testing.assert_allclose(found, np.transpose(expected), rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("n_bent", [0, 2])
+@pytest.mark.parametrize(("n_bent", "share"), [(0, 1.0), (2, 1.0), (2, 0.3)])
 @pytest.mark.parametrize("degrees", [PLAIN, RICH])
-def test_values_are_sums_over_the_features(rng, degrees, n_bent):
-    """As many places as do not fit into one batch, in memory in either order; without products too."""
+def test_values_are_sums_over_the_features(rng, degrees, n_bent, share):
+    """As many places as do not fit into one batch, in memory in either order; without products too, or with some."""
     z = rng.standard_normal((12, 150)).T
-    found = polynomials(rng, directions(rng, 12, 10), degrees, n_bent=n_bent)
+    found = polynomials(rng, directions(rng, 12, 10), degrees, n_bent=n_bent, share=share)
     np.testing.assert_allclose(found(z), of_all_terms(z, found), rtol=1e-11, atol=1e-10)
     np.testing.assert_allclose(found(z[:, ::-1][:, ::-1]), found(z), rtol=1e-12)
     assert found(z[:0]).shape == (0, 4)
@@ -64,13 +65,12 @@ def test_values_are_sums_over_the_features(rng, degrees, n_bent):
     np.testing.assert_allclose(found.mixed(matrix)(z), found(z) @ matrix, rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.parametrize("n_bent", [0, 2])
+@pytest.mark.parametrize(("n_bent", "share"), [(0, 1.0), (2, 1.0), (2, 0.3)])
 @pytest.mark.parametrize("degrees", [PLAIN, RICH])
-def test_pullback_is_the_gradient(rng, degrees, n_bent):
+def test_pullback_is_the_gradient(rng, degrees, n_bent, share):
     """Central differences of a quartic are off by third order alone: extrapolated, by round-off."""
-    z = rng.standard_normal((70, 12))
-    found, slopes = polynomials(rng, directions(rng, 12, 10), degrees, n_bent=n_bent), rng.standard_normal((70, 4))
-    towards = rng.standard_normal(z.shape)
+    z, slopes, towards = (rng.standard_normal((70, n)) for n in (12, 4, 12))
+    found = polynomials(rng, directions(rng, 12, 10), degrees, n_bent=n_bent, share=share)
 
     def along(step):
         return np.sum((found(z + step * towards) - found(z - step * towards)) * slopes, axis=1) / (2 * step)
@@ -93,6 +93,17 @@ def test_a_fit_finds_what_bends(rng):
     assert np.std(found(fresh) - truth(fresh)) < 0.005
     # The control: cubics do not follow quartics.
     assert fitted(z, active, truth(z) + noise, 0.1, degrees=PLAIN)[1].std() > 0.1
+
+
+def test_a_sparing_fit_finds_which_products_there_are(rng):
+    """Of 1,056 products twenty: it has these, and at places that it was not fitted to is wrong by a third as much."""
+    z, active = rng.standard_normal((1300, 12)), directions(rng, 12, 12)
+    truth = polynomials(rng, active, RICH, share=0.02)
+    values, fresh = truth(z) + 0.1 * rng.standard_normal((1300, 4)), rng.standard_normal((500, 12))
+    (all_of_them, _), (found, _) = (fitted(z, active, values, 0.0, degrees=RICH, least=least) for least in (0.0, 0.3))
+    np.testing.assert_array_equal(found.chosen, truth.chosen)
+    assert all_of_them.chosen.all()
+    assert np.std(found(fresh) - truth(fresh)) < np.std(all_of_them(fresh) - truth(fresh)) / 3.0
 
 
 def test_noise_is_not_worth_products(rng):
@@ -118,7 +129,7 @@ def test_noise_is_not_worth_products(rng):
 
 def test_they_are_restored_bit_for_bit(rng):
     """From arrays as they are stored."""
-    found, z = polynomials(rng, directions(rng, 12, 10), RICH), rng.standard_normal((9, 12))
+    found, z = polynomials(rng, directions(rng, 12, 10), RICH, share=0.5), rng.standard_normal((9, 12))
     restored = Polynomials.restored(found.arrays())
     assert restored.degrees == RICH
     np.testing.assert_array_equal(restored(z), found(z))
