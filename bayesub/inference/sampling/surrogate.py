@@ -47,7 +47,7 @@ _LEARNING_TRAJECTORIES = 4  # of a walk that finds draws; before 5
 # Trajectories that are reflected at walls.
 REFLECTING: Reflecting = (0.1, 0.15, 0.2), 48  # radians of a leapfrog step, and steps; before 0.2, 0.3 and 0.4, and 16
 _NEAR_REFLECTING = (0.02, 0.1), 3  # of a short walk
-_REFLECTING_TRAJECTORIES = 2  # of a walk before each simulation; before one, or 2 or 4 shorter ones
+_REFLECTING_TRAJECTORIES = 1, 2  # of a walk before each simulation, and if most parameters have bounds; before 2 or 4
 _LEARNING_REFLECTING_TRAJECTORIES = 1  # of a walk that finds draws; before 4 shorter ones
 _PACES = (1.0, 0.5, 0.25, 0.125)  # by which angles are shortened until most trajectories lead away
 _MOVING = 0.6  # share of them that is most
@@ -149,7 +149,7 @@ class Surrogate:
         between walls only those lead away that are reflected.
         """
         short = partial(_walk, self, reflects=self.walled, length=1, angles=_NEAR_ANGLES, reflecting=_NEAR_REFLECTING)
-        reflected = [partial(_walk, self, reflects=True, length=_REFLECTING_TRAJECTORIES)] * self.walled
+        reflected = [partial(_walk, self, reflects=True, length=_REFLECTING_TRAJECTORIES[self.bounded])] * self.walled
         free = [partial(_walk, self, reflects=False, length=_TRAJECTORIES)] * (self.flies or not self.walled)
         return short, reflected + free
 
