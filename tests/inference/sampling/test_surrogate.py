@@ -166,6 +166,16 @@ def test_walks_lead_out_of_corners():
     np.testing.assert_array_equal(flight(y, rng)[0], y)
 
 
+@pytest.mark.parametrize("bounded", [True, False])
+def test_within_bounds_it_has_only_products_that_explain_something(bounded):
+    """The banana is a square: within bounds neither the cube nor the fourth power is kept."""
+    problem = Banana()
+    if bounded:
+        problem.prior = Uniform(np.array([-2.0, -5.0]), np.array([2.0, 5.0]))
+    _, surrogate, _ = learned(problem)
+    np.testing.assert_array_equal(surrogate.polynomials.chosen, [True, not bounded, not bounded])
+
+
 @pytest.mark.parametrize(("problem", "is_normal"), [(ill_conditioned()[0], True), (Banana(), False)])
 def test_a_long_record_has_a_normal_surrogate_if_it_is_normal(monkeypatch, problem, is_normal):
     """The squares of its rows are the deviance of a linear problem; of a bent one its draws are refused."""
