@@ -14,10 +14,10 @@ balance the pull of the prior. Where prior and data disagree they are large: wit
 The draws come from the surrogate before: first of all from the Laplace approximation, which is a wide and flat sheet
 where the posterior is a thin and bent one. Each round brings them nearer, until they no longer spread. In the end a
 richer polynomial, with more active directions and products of four, is fitted to draws of the last round; within bounds
-it keeps the products that are worth it, a third of them, which is cheaper and less often too low between the draws. All
-draws that it is fitted to are such at twice the variance of the readings (a tenth more, of a density without
-residuals), so that it holds in the tails as well: fitted to draws of the posterior it is better in the middle, and
-walkers are held where it is too low.
+it keeps the products that explain something, a third to a half, and is less often too low between the draws. All draws
+that it is fitted to are such at twice the variance of the readings (a tenth more, of a density without residuals), so
+that it holds in the tails as well: fitted to draws of the posterior it is better in the middle, and walkers are held
+where it is too low.
 """
 
 import os
