@@ -21,7 +21,7 @@ def bent_geometry(rng):
         factor = np.tril(rng.standard_normal((stop - start, stop - start)), -1) + 1.5 * np.eye(stop - start)
         coefficients = 0.3 * rng.standard_normal((n_features(n_after, 2), stop - start))
         linear, bent = coefficients[: 1 + n_after], coefficients[1 + n_after :]
-        polynomials = Polynomials(active, linear, bent, np.eye(stop - start), PLAIN)
+        polynomials = Polynomials(active, linear, bent, np.eye(stop - start), PLAIN, np.ones(len(bent), dtype=bool))
         geometry.bends.append(Bend(start, stop, polynomials, factor))
     return geometry
 
